@@ -17,7 +17,8 @@ def with_column_names(query: str, view: str) -> str:
     """
     labels, names = _labels_of(view)
     tight = _SPACED_SIGN.sub(r"\1", query)
-    return labels.sub(lambda match: names[" ".join(match[0].lower().split())], tight)
+    # some letters beyond ASCII match one of a name without regard to case, as U+017F does `s`
+    return labels.sub(lambda match: names.get(" ".join(match[0].lower().split()), match[0]), tight)
 
 
 @cache

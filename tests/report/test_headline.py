@@ -15,8 +15,12 @@ NOT_RUN = (None, None)
         ((16, 2, 1, 1, 1, 0), "n=8", "1 of 16 designs opens by springs."),
         ((16, 2, 1, 1, 0, 0), "n=8 or n=10", "1 of 16 designs opens by motors, none by springs alone."),
         ((16, 2, 1, 1, None, 0), "", "1 of 16 designs opens by motors; springs have not been tried."),
-        ((16, 4, 3, 0, None, 0), "", "None of 16 designs opens by motors; springs have not been tried."),
-        ((16, 4, 3, None, 0, 0), "", "None of 16 designs opens by springs; no motion by motors has been searched for."),
+        ((16, 4, 3, 0, None, 0), "", "None of 16 designs is known to open by motors; springs have not been tried."),
+        (
+            (16, 4, 3, None, 0, 0),
+            "",
+            "None of 16 designs is known to open by springs; no motion by motors has been searched for.",
+        ),
         ((16, 4, 3, 0, 0, 2), "", "None of 16 designs is known to open."),
         ((16, 4, 3, 0, 0, 3), "", "None of 16 designs can open: they have no folding, are twisted, or are locked."),
         (
@@ -31,6 +35,8 @@ NOT_RUN = (None, None)
         ),
         ((120, None, None, *NOT_RUN, 0), "", "120 designs; their foldings have not been computed."),
         ((1, 1, 1, 1, 1, 0), "#", "The selected design opens by springs."),
+        ((1, 1, 1, 1, 0, 0), "", "The design opens by motors, not by springs alone."),
+        ((1, None, None, *NOT_RUN, 0), "", "1 design; its foldings have not been computed."),
         ((1, 1, 1, 0, 0, 0), "", "The design is not known to open."),
         ((1, 0, 0, 0, 0, 0), "", "The design cannot open."),
         ((0, 0, 0, 0, 0, 0), "n=99", "No design satisfies the query."),

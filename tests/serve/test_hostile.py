@@ -66,6 +66,7 @@ QUERIES = [
     *(f"q=id={HUGE}x", "q=id=1e", "q=dof<=nan", "q=dof<=inf", "q=n=", "q=n==", "q=n=<", "q==", "q=<>", "q=id"),
     *("q=array=@/etc/passwd", "q=array=@/dev/zero", "q=not%20array=@../x", "q=(array!=@/etc/hosts)", "q=circuit=@/x"),
     *("q=array=9999x9999", "q=array=t99999999", "q=array=h1000", "q=array=p999x999", "q=array=" + "9-" * 500 + "9"),
+    *("array=120x120", "array=hex:6.7.7,t99"),
     *("q=" + "a" * 2001, "q=" + "x" * 9000, "q=" + "(" * 200, "q=" + "not%20" * 50 + "untwisted", "q=" + ")" * 50),
     *("q=" + "+".join(["array=6x5"] * 11), "q=" + "+".join(["n=1"] * 501), "q=or", "q=not", "q=and%20or", "q=()"),
     *("q=untwisted&q=two_stack", "page=1&page=2", "sql=SELECT%201", "db=/etc/passwd", "debug=1", "_method=DELETE"),

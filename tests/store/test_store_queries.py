@@ -229,6 +229,7 @@ def test_words_and_brackets_by_example(reader, query, same):
         ("circuit=foldings", "circuit=foldings"),
         ("freedoms, merged>=2", "dof_merged>=2"),
         ("dofs<=6 xdof<6", "dofs<=6 xdof<6"),
+        ("\u017ftatus=locked", "\u017ftatus=locked"),
         (" " * 9 + "n" + " " * 9, " " * 9 + "n" + " " * 9),
     ],
 )

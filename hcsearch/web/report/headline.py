@@ -95,9 +95,10 @@ def _opening(counts: StageCounts, among: _Among) -> str:
     by_springs = counts.deploys or 0
     by_motors = max(0, (counts.movable or 0) - by_springs)
     if counts.deploys is None:
-        return f"{among.text(by_motors)} by motors; springs have not been tried."
+        opened = among.text(by_motors) if by_motors else among.none_known
+        return f"{opened} by motors; springs have not been tried."
     if not by_springs:
-        return f"{among.text(by_motors)} by motors, none by springs alone."
+        return f"{among.text(by_motors)} by motors, {'not' if among.total == 1 else 'none'} by springs alone."
     more = f", {by_motors:,} more by motors" if by_motors else ""
     return f"{among.text(by_springs)} by springs{more}."
 
@@ -105,22 +106,22 @@ def _opening(counts: StageCounts, among: _Among) -> str:
 def _nothing_opens(counts: StageCounts, among: _Among) -> str:
     """Return the sentence on designs of which none is known to open."""
     if counts.movable is None:
-        return f"{among.text(0)} by springs; no motion by motors has been searched for."
-    is_settled = counts.untwisted is not None and counts.untwisted <= counts.locked
+        return f"{among.none_known} by springs; no motion by motors has been searched for."
+    if counts.untwisted is None or counts.untwisted > counts.locked:
+        return f"{among.none_known}."
     if counts.total == 1:
-        return f"The {among.kind} {'cannot open' if is_settled else 'is not known to open'}."
-    if is_settled:
-        return f"None of {among.all} can open: they have no folding, are twisted, or are locked."
-    return f"None of {among.all} is known to open."
+        return f"The {among.kind} cannot open."
+    return f"None of {among.all} can open: they have no folding, are twisted, or are locked."
 
 
 def _before_motion(counts: StageCounts, among: _Among) -> str:
     """Return the sentence on designs for which no motion has been searched for."""
+    their = "its" if counts.total == 1 else "their"
     if counts.two_stack is None:
-        return f"{among.all}; their foldings have not been computed."
+        return f"{among.all}; {their} foldings have not been computed."
     if counts.untwisted is None:
-        return f"{among.text(counts.two_stack, 'fold')} into two stacks; their twist has not been computed."
-    return f"{among.text(counts.untwisted, 'fold')} without twist; their motion has not been searched for."
+        return f"{among.text(counts.two_stack, 'fold')} into two stacks; {their} twist has not been computed."
+    return f"{among.text(counts.untwisted, 'fold')} without twist; {their} motion has not been searched for."
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,11 @@ class _Among:
     @property
     def all(self) -> str:
         return f"{self.total:,} {self.kind}{'s' if self.total > 1 else ''}"
+
+    @property
+    def none_known(self) -> str:
+        """Subject and verb of a sentence on designs of which none is known to open."""
+        return f"The {self.kind} is not known to open" if self.total == 1 else f"None of {self.all} is known to open"
 
     def text(self, count: int, verb: str = "open") -> str:
         """Return the subject and verb of a sentence on some of the designs."""

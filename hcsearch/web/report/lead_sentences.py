@@ -5,19 +5,10 @@ from __future__ import annotations
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.panel_sizes import PanelSize, panel_text
 from hcsearch.springs.flight.stowage import Stowage
+from hcsearch.web.report.headline import PANEL_NOUNS
 
-PANEL_WORDS = {
-    "triangle": "equilateral triangles",
-    "square": "squares",
-    "rectangle": "rectangles",
-    "hex": "regular hexagons",
-    "rhombus": "rhombuses",
-    "kite": "kites",
-    "right45": "isosceles right triangles",
-    "right30": "30-60-90 triangles",
-    "obtuse": "30-30-120 triangles",
-}
-"""Panels of each grid, in the plural."""
+PANEL_WORDS = PANEL_NOUNS | {"triangle": "equilateral triangles", "hex": "regular hexagons"}
+"""The panels of each grid in exact words."""
 
 _ENDINGS = {
     "movable": "A path on which its panels do not collide is proved: motors can open it.",

@@ -142,6 +142,8 @@ def _facet_values(view: str, name: str, text: str) -> tuple[str, ...]:
     values = tuple(dict.fromkeys(filter(None, text.split(","))))
     if not all(_FACET_VALUE.fullmatch(value) for value in values):
         raise AddressError(f"{text!r} is no list of values of {name}: separate them by commas")
+    if name == "array" and not all(":" in value for value in values):  # others may be large, and slow to translate
+        raise AddressError("the parameter array takes notations such as hex:6.7.7: write others into q, as array=6x5")
     return values
 
 

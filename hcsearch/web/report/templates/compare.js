@@ -17,10 +17,10 @@ const Compare = (() => {
     return (row !== undefined && name in table.foldings ? table.foldings[name][row] : table.designs[name][i]) ?? null;
   };
 
-  // Which of some values are the best by the direction of their quantity; none where all are equal.
+  // Which of some values are the best by the direction of their quantity; none where all that are known are equal.
   function best(quantity, values) {
     const known = values.filter((value) => value !== null);
-    if (!quantity.better || new Set(values).size < 2) return values.map(() => false);
+    if (!quantity.better || new Set(known).size < 2) return values.map(() => false);
     const limit = quantity.better === "higher" ? Math.max(...known) : Math.min(...known);
     return values.map((value) => value === limit);
   }

@@ -11,9 +11,14 @@ const Dialog = (() => {
   async function play(table, designs, places, dialog) {
     const rows = designs.map((i) => table.row(i, Card.drawn(table, i))), several = designs.length > 1;
     const wanted = () => dialog.open && places[0].isConnected;
-    const mounted = await Promise.all(rows.map((row, k) => Motions.mount(table, row, places[k], { numbers: true }, wanted)));
-    players = [...players, ...mounted.filter(Boolean)];
-    if (several && wanted() && players.length) dialog.querySelector(".together-place").append(Compare.together(players));
+    const tried = await Promise.all(rows.map((row, k) => Motions.mount(table, row, places[k], { numbers: true }, wanted)));
+    const mounted = tried.filter(Boolean);
+    if (!wanted()) { // while motions were read, the view was closed or went on
+      for (const { player } of mounted) player.dispose();
+      return;
+    }
+    players = mounted;
+    if (several && mounted.length) dialog.querySelector(".together-place").append(Compare.together(mounted));
   }
 
   function show(table, designs, dialog) {

@@ -3,8 +3,10 @@ const Large = (() => {
   const { element } = Parts;
   const COLUMNS = ["dof", "flat_pairs", "needed_margin", "least_gap", "min_clearance", "deploy_time"];
 
+  const quoted = (text) => `'${text.replaceAll("'", `'"'"'`)}'`; // as shells read it
+
   // Names a scene where it is not the usual one; where : names the database that may hold it.
-  const option = (scene, where) => (scene === null || scene === "default" ? "" : ` --scene '${scene}'${where}`);
+  const option = (scene, where) => (scene === null || scene === "default" ? "" : ` --scene ${quoted(scene)}${where}`);
 
   function command(table, i, row) {
     const { scene, crease } = table.foldings;
@@ -47,7 +49,7 @@ const Large = (() => {
       rows.length ? foldings(table, rows) : null,
       Parts.code("circuit notation", table.designs.circuit[i]),
       Parts.code("array notation", table.designs.array[i]),
-      row !== undefined && table.foldings.scene[row] !== null ? Parts.code("command", command(table, i, row)) : null,
+      table.readable[i] && row !== undefined && table.foldings.scene[row] !== null ? Parts.code("command", command(table, i, row)) : null,
       Parts.code("command", `hcsearch show ${table.designs.id[i]} --html${option(table.scene, "")}${table.where}`));
   }
 

@@ -3,7 +3,7 @@ const Plotting = (() => {
   const USUAL = [["deploy_time", "needed_margin"], ["needed_margin", "dof"], ["symmetry", "n_foldings"]];
 
   // place : with two selects and a figure. quantities : to choose from. points : of two quantities, perhaps later.
-  // open : shows designs.
+  // open : shows designs. Without two quantities there is no plot.
   function listen(place, quantities, points, open) {
     const [across, up] = place.querySelectorAll("select"), figure = place.querySelector("figure");
     const named = (name) => quantities.find((quantity) => quantity.name === name);
@@ -11,11 +11,14 @@ const Plotting = (() => {
     for (const select of [across, up]) {
       select.append(...quantities.map(({ name, label, note }) => Parts.element("option", { value: name, title: note }, label)));
     }
-    let asked = 0;
+    place.hidden = quantities.length < 2;
+    const nothing = () => {};
+    let asked = 0, redraw = nothing; // what is shown, in another width
 
     async function draw() {
-      if (!place.open) return;
+      if (!place.open || place.hidden) return;
       const own = ++asked, [x, y] = [named(across.value), named(up.value)];
+      redraw = nothing;
       let found;
       try {
         found = await points(x, y);
@@ -23,7 +26,9 @@ const Plotting = (() => {
         if (own === asked) figure.replaceChildren(Parts.element("p", { class: "nothing" }, error.message));
         return;
       }
-      if (own === asked) Scatter.draw(figure, found, x, y, open);
+      if (own !== asked) return;
+      redraw = () => Scatter.draw(figure, found, x, y, open);
+      redraw();
     }
 
     // What the address says.
@@ -46,7 +51,7 @@ const Plotting = (() => {
     new ResizeObserver(() => {
       if (figure.clientWidth === width) return;
       width = figure.clientWidth;
-      draw();
+      redraw();
     }).observe(figure);
     return { draw, follow };
   }

@@ -29,12 +29,12 @@ const Scatter = (() => {
   const text = (content, x, y, attributes = {}) => shape("text", { x, y, ...attributes }, content);
 
   function axes(svg, width, x, y, across, up) {
-    const bottom = HEIGHT - BOTTOM, written = (value) => Parts.written(value);
+    const bottom = HEIGHT - BOTTOM;
     const lines = [...across.ticks.map((tick) => `M${across.place(tick, LEFT, width - RIGHT)} ${TOP}V${bottom}`),
       ...up.ticks.map((tick) => `M${LEFT} ${up.place(tick, bottom, TOP)}H${width - RIGHT}`)];
     svg.append(shape("path", { class: "lines", d: lines.join("") }),
-      ...across.ticks.map((tick) => text(written(tick), across.place(tick, LEFT, width - RIGHT), bottom + 18, { "text-anchor": "middle" })),
-      ...up.ticks.map((tick) => text(written(tick), LEFT - 8, up.place(tick, bottom, TOP) + 4, { "text-anchor": "end" })),
+      ...across.ticks.map((tick) => text(tick, across.place(tick, LEFT, width - RIGHT), bottom + 18, { "text-anchor": "middle" })),
+      ...up.ticks.map((tick) => text(tick, LEFT - 8, up.place(tick, bottom, TOP) + 4, { "text-anchor": "end" })),
       text(named(x), (LEFT + width - RIGHT) / 2, HEIGHT - 8, { "text-anchor": "middle", class: "axis" }),
       text(named(y), 0, 0, { "text-anchor": "middle", class: "axis", transform: `translate(16 ${(TOP + bottom) / 2}) rotate(-90)` }));
   }
@@ -52,7 +52,7 @@ const Scatter = (() => {
 
   function sentence(x, y, place, front) {
     const { points } = place, names = points.slice(0, 4).map(({ name }) => name).join(", ");
-    const who = points.length === 1 ? `${names}, ${points[0].Parts.spaced(status)}`
+    const who = points.length === 1 ? `${names}, ${Parts.spaced(points[0].status)}`
       : `${points.length} designs: ${names}${points.length > 4 ? " and others" : ""}`;
     const on = points.some((point) => front.has(point)) ? "; on the Pareto front" : "";
     return `${who}: ${x.label} ${Parts.worded(x, place.x)}, ${y.label} ${Parts.worded(y, place.y)}${on}`;
