@@ -85,10 +85,15 @@ def test_shell_examples_of_the_readme(tmp_path):
 
 RUN_ELSEWHERE = {"README.md", "identification.md", "CONTRIBUTING.md"}
 SHOWN = [path for path in DOCUMENTS if path.name not in RUN_ELSEWHERE and any(shell_examples(path))]
+LONG = {"flight.md", "tutorial.md", "worked_example.md", "panels_and_scenes.md"}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("document", SHOWN, ids=name_of)
+@pytest.mark.parametrize(
+    "document",
+    [pytest.param(path, marks=pytest.mark.long) if path.name in LONG else path for path in SHOWN],
+    ids=name_of,
+)
 def test_shell_examples_of_other_documents(document, tmp_path):
     run_examples(document, tmp_path)
 
