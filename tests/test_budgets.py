@@ -46,7 +46,6 @@ def stepwise(tmp_path_factory):
     return path, texts, before
 
 
-@pytest.mark.long
 def test_what_is_undecided_is_searched_on(stepwise):
     path, texts, before = stepwise
     assert len(before) == 3
@@ -76,7 +75,6 @@ def test_the_same_budget_again_does_no_work(stepwise):
         ]
 
 
-@pytest.mark.long
 def test_going_on_comes_to_what_one_search_comes_to(stepwise, tmp_path):
     path = tmp_path / "once.sqlite"
     text = call(*SQUARES, "--db", path, "--budget", 3).stdout
