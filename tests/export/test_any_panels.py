@@ -179,6 +179,14 @@ _RIGHT = [(1.0, 0.0), (2.0, 0.1), (2.0, 0.9), (1.0, 1.0)]
             drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"edges_hcsearch:hingeFace": ["top"] * 7}),
             "M with its hinge on the top face",
         ),
+        (
+            drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"hcsearch:loops": [[[0, 5]]]}),
+            "loop 0 in hcsearch:loops is no ring of panels",
+        ),
+        (
+            drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"hcsearch:thickness": 1e-300}),
+            "the longest edge is 50 mm and the thickness .* mm: take lengths from",
+        ),
     ],
 )
 def test_what_is_no_linkage_of_panels_is_refused_in_one_line(data, message, tmp_path, capfd):
