@@ -159,6 +159,16 @@ def test_a_hinge_along_a_part_of_a_side_is_read():
     assert hinges == {(0, 1, "bottom"), (0, 2, "top")}
 
 
+def test_a_longest_edge_on_which_other_panels_end_has_the_length_that_is_asked_for(tmp_path):
+    polygons = [
+        [(0.5, 0.0), (3.5, 0.0), (4.0, 2.0), (2.0, 2.0), (0.0, 2.0)],
+        [(0.0, 2.0), (2.0, 2.0), (1.8, 4.0), (0.2, 4.0)],
+        [(2.0, 2.0), (4.0, 2.0), (3.8, 4.0), (2.2, 4.0)],
+    ]
+    path = written(tmp_path, drawing_of(polygons, {(0, 1): "M", (0, 2): "V"}))
+    assert check(path, panel="80x8").facts()["longest_edge_mm"] == pytest.approx(80.0)
+
+
 _SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
 _LEFT = [(-1.0, 0.2), (0.0, 0.0), (0.0, 1.0), (-1.0, 0.9)]
 _RIGHT = [(1.0, 0.0), (2.0, 0.1), (2.0, 0.9), (1.0, 1.0)]
