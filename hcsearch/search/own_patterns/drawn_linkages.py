@@ -164,19 +164,27 @@ def _reflex_corner(facet: Facet) -> int | None:
 
 def _check_overlaps(drawing: PatternDrawing) -> None:
     """Refuse faces that cover each other, as those around a hole with a loose panel in it do; PatternError."""
-    import shapely  # noqa: PLC0415 - only drawings need it
-
     size = math.sqrt(sum(map(facet_area, drawing.facets)) / len(drawing.facets))
-    polygons = np.array([shapely.Polygon(np.array(facet) / size) for facet in drawing.facets])
-    first, second = shapely.STRtree(polygons).query(polygons, predicate="intersects")
-    first, second = first[first < second], second[first < second]
-    shared = shapely.area(shapely.intersection(polygons[first], polygons[second], grid_size=OVERLAP_GRID_SHARE))
-    covered = shared > STRAIGHT_SIDE_SHARE * np.minimum(shapely.area(polygons[first]), shapely.area(polygons[second]))
-    if covered.any():
-        one, two = int(first[covered][0]), int(second[covered][0])
+    for one, two in overlapping_polygons([np.array(facet) / size for facet in drawing.facets], STRAIGHT_SIDE_SHARE):
         raise PatternError(
             f"{panel_named(drawing, one)} and panel {two} overlap in the flat pattern: draw panels beside each other"
         )
+
+
+def overlapping_polygons(polygons: Sequence[Reals], allowed: float) -> list[tuple[int, int]]:
+    """Return the pairs of polygons that overlap by more than a share of the smaller one.
+
+    polygons : corners, (k, 2), in units of about the root of their mean area. Pairs are in rising order.
+    """
+    import shapely  # noqa: PLC0415 - only drawings need it
+
+    shapes = np.array([shapely.Polygon(corners) for corners in polygons])
+    first, second = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    first, second = first[first < second], second[first < second]
+    # with a grid: otherwise GEOS may find an overlap of panels whose common edge differs in the last bit
+    shared = shapely.area(shapely.intersection(shapes[first], shapes[second], grid_size=OVERLAP_GRID_SHARE))
+    overlaps = shared > allowed * np.minimum(shapely.area(shapes[first]), shapely.area(shapes[second]))
+    return sorted(zip(first[overlaps].tolist(), second[overlaps].tolist(), strict=True))
 
 
 def _outlines(drawing: PatternDrawing) -> list[Facet]:
