@@ -197,6 +197,7 @@ _RIGHT = [(1.0, 0.0), (2.0, 0.1), (2.0, 0.9), (1.0, 1.0)]
             drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"hcsearch:thickness": 1e-300}),
             "the longest edge is 50 mm and the thickness .* mm: take lengths from",
         ),
+        (drawing_of([_LEFT, _SQUARE], {(0, 1): ("U", 40)}), r"is unassigned \(U\), and the file states a state with"),
     ],
 )
 def test_what_is_no_linkage_of_panels_is_refused_in_one_line(data, message, tmp_path, capfd):
