@@ -147,6 +147,12 @@ def test_stated_fold_angles_say_which_hinges_stay_flat_or_partly_closed(tmp_path
     assert check(written(tmp_path, box)).dof_packed == 2
 
 
+def test_a_state_with_all_hinges_flat_is_no_packed_state():
+    packed = packed_of(strip([2.0, 1.5], "F") | {"edges_hcsearch:hingeFace": ["top"] * 7})
+    assert not packed.packed
+    assert "the file keeps all hinges flat" in packed.sentence
+
+
 def test_a_hinge_along_a_part_of_a_side_is_read():
     polygons = [
         [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (0.0, 2.0)],

@@ -94,6 +94,8 @@ def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPat
     if found is None:
         return PackedPattern(search.pattern, False, f"no packed state is known: {search.fault}")
     flat = sum(not hinge.closes for hinge in found.hinges)
+    if flat == len(found.hinges):
+        return PackedPattern(search.pattern, False, "no packed state is known: the file keeps all hinges flat")
     how = "stated by the file" if search.stated else "found"
     hinges = "all hinges closed" if not flat else f"{flat} of {len(found.hinges)} hinges flat, the others closed"
     moved = max(map(_distance, found.vertices, search.pattern.vertices))
