@@ -58,6 +58,8 @@ def build_atlas(
     check_kinds(build_atlas, locals())
     check_parquet()
     request, workers = atlas_request(list(GRIDS) if grids is None else grids, n, until), chosen_workers(jobs, None)
+    for grid in request.grids:  # first, so that an n that is too large is refused before its sizes are listed
+        _plan(request, grid, request.n, workers)
     plans = [_plan(request, grid, size, workers) for grid, size in request.sizes]
     show = progress or _hidden
     with open_atlas_folder(path, request) as folder:

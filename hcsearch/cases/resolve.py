@@ -148,7 +148,7 @@ def _of_circuit(circuit: Circuit, arguments: _Arguments, db: Place | None) -> Ca
 def _resolved(name: str, arguments: _Arguments, db: Place | None, folding: Folding | None) -> Case:
     content = read_scene_file(name) if name.endswith(".toml") else {}
     if name.endswith(".toml") and not {*SUBJECT_KEYS} & set(content):
-        raise SceneError(f"{name} must name a design or an assembly: write design = 'hex:0234550132:4'")
+        raise SceneError(f"{name} must name a design, an assembly or a pattern: write design = 'hex:0234550132:4'")
     subject = str(next((content[key] for key in SUBJECT_KEYS if key in content), name))
     if folding is None and subject in ASSEMBLIES:
         return _of_assembly(name, subject, content, arguments, db)

@@ -18,7 +18,7 @@ from click.testing import CliRunner
 from filelock import FileLock
 
 from hcsearch import build_atlas
-from hcsearch.basics.errors import OutputError, SizeError
+from hcsearch.basics.errors import NotationError, OutputError, SizeError
 from hcsearch.cli import hcsearch
 from hcsearch.designs.grid import GRIDS
 from hcsearch.motion.certificates.certifying import verify_certificate
@@ -97,6 +97,10 @@ def test_folders_of_something_else_are_refused_and_left(small, tmp_path):
         build_atlas(small.path, n=7, until="twist")
     with pytest.raises(SizeError, match="n = 2 is too small"):
         build_atlas(tmp_path / "none", n=2)
+    with pytest.raises(SizeError, match=r"--n 10{12} is too large to list on this grid"):
+        build_atlas(tmp_path / "none", n=10**12)
+    with pytest.raises(NotationError, match="an atlas needs a grid"):
+        build_atlas(tmp_path / "none", grids=[])
     assert not (tmp_path / "none").exists()
 
 

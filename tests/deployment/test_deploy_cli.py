@@ -433,7 +433,7 @@ def test_wrong_subjects_say_what_to_do(words, message):
     ("text", "message"),
     [
         ("design = hex:023350:1", "scene.toml is no TOML: "),
-        ("", "must name a design or an assembly: write design = 'hex:0234550132:4'"),
+        ("", "must name a design, an assembly or a pattern: write design = 'hex:0234550132:4'"),
         ("design = 'hex:023350:1'\nassembly = 'unit-i'", "must name one design, assembly or pattern"),
         ("design = 17", "scene.toml has design = 17: write design = 'hex:0234550132:4'"),
         ("design = ''", "there is no assembly ''"),

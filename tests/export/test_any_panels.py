@@ -147,6 +147,12 @@ def test_stated_fold_angles_say_which_hinges_stay_flat_or_partly_closed(tmp_path
     assert check(written(tmp_path, box)).dof_packed == 2
 
 
+def test_a_state_with_all_hinges_flat_is_no_packed_state():
+    packed = packed_of(strip([2.0, 1.5], "F") | {"edges_hcsearch:hingeFace": ["top"] * 7})
+    assert not packed.packed
+    assert "the file keeps all hinges flat" in packed.sentence
+
+
 def test_a_hinge_along_a_part_of_a_side_is_read():
     polygons = [
         [(0.0, 0.0), (4.0, 0.0), (4.0, 2.0), (2.0, 2.0), (0.0, 2.0)],
@@ -157,6 +163,16 @@ def test_a_hinge_along_a_part_of_a_side_is_read():
     assert packed.packed
     hinges = {(hinge.first, hinge.second, hinge.face) for hinge in packed.pattern.hinges}
     assert hinges == {(0, 1, "bottom"), (0, 2, "top")}
+
+
+def test_a_longest_edge_on_which_other_panels_end_has_the_length_that_is_asked_for(tmp_path):
+    polygons = [
+        [(0.5, 0.0), (3.5, 0.0), (4.0, 2.0), (2.0, 2.0), (0.0, 2.0)],
+        [(0.0, 2.0), (2.0, 2.0), (1.8, 4.0), (0.2, 4.0)],
+        [(2.0, 2.0), (4.0, 2.0), (3.8, 4.0), (2.2, 4.0)],
+    ]
+    path = written(tmp_path, drawing_of(polygons, {(0, 1): "M", (0, 2): "V"}))
+    assert check(path, panel="80x8").facts()["longest_edge_mm"] == pytest.approx(80.0)
 
 
 _SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
@@ -179,6 +195,15 @@ _RIGHT = [(1.0, 0.0), (2.0, 0.1), (2.0, 0.9), (1.0, 1.0)]
             drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"edges_hcsearch:hingeFace": ["top"] * 7}),
             "M with its hinge on the top face",
         ),
+        (
+            drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"hcsearch:loops": [[[0, 5]]]}),
+            "loop 0 in hcsearch:loops is no ring of panels",
+        ),
+        (
+            drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"hcsearch:thickness": 1e-300}),
+            "the longest edge is 50 mm and the thickness .* mm: take lengths from",
+        ),
+        (drawing_of([_LEFT, _SQUARE], {(0, 1): ("U", 40)}), r"is unassigned \(U\), and the file states a state with"),
     ],
 )
 def test_what_is_no_linkage_of_panels_is_refused_in_one_line(data, message, tmp_path, capfd):

@@ -186,6 +186,8 @@ BENT = {"vertices_coords": [[0, 0], [3, 0], [0, 1]], "faces_vertices": [[0, 1, 2
         (json.dumps(drawn(HEX, "VMVMVM") | {"hcsearch:loops": [[1]]}), "hcsearch:loops are not lists of pairs"),
         (json.dumps(drawn(HEX, "VMVMVM") | {"edges_vertices": [[0, 1]] * 200_001}), "more than 200000 values"),
         (json.dumps(UNASSIGNED | {"edges_foldAngle": ["up"] * 30}), "fold angle 'up', which is no number"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"edges_foldAngle": [10**400] * 30}), "fold angle 10*, which is no number"),
+        (json.dumps(drawn(HEX, "VMVMVM") | {"vertices_coords": [[10**400, 0]]}), "vertex 0 in vertices_coords"),
         ('{"vertices_coords": [[0, 0], [1, 0], [1, 1]], "edges_vertices": [[0, 1], [1, 2]]}', "bound no panel"),
         (
             json.dumps(BENT),

@@ -69,6 +69,11 @@ def _area(facet):
         ),
         ("other.xml", "<mujoco><worldbody/></mujoco>", "is no model that hcsearch export wrote"),
         ("other.xml", "<html/>", "is no model that hcsearch export wrote"),
+        (
+            "other.xml",
+            "<mujoco><worldbody><body name='a' pos='0 0 0'><geom type='box'/></body></worldbody></mujoco>",
+            "no keyframe",
+        ),
         ("other.mjcf", "<mujoco", "is no model, which is XML"),
     ],
 )

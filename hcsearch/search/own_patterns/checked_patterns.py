@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any
 
 from hcsearch.basics.array_values import Reals
@@ -16,8 +15,10 @@ from hcsearch.motion.paths.branches import find_branches
 from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion, reason_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import setup_of_scene
+from hcsearch.search.own_patterns.fold_reading import STRAIGHT_SIDE_SHARE
 from hcsearch.search.own_patterns.packed_states import PackedPattern
 from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.mesh import sides_of, without_straight_corners
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 
 PATTERN_STAGES = ("mobility", "motion", "deployment")
@@ -77,7 +78,9 @@ class CheckedPattern:
     def facts(self) -> dict[str, Any]:
         """All results as plain data, as `hcsearch check --json` prints them; keys name their units."""
         pattern = self.linkage.pattern
-        edges = (math.dist(*side) for facet in pattern.facets for side in pairwise((*facet, facet[0])))
+        points = pattern.vertices
+        outlines = (without_straight_corners(face, points, STRAIGHT_SIDE_SHARE) for face in pattern.faces)
+        edges = (math.dist(points[a], points[b]) for outline in outlines for a, b in sides_of(outline))
         needed = millimetres(self.needed_margin)
         return {
             "pattern": self.name,

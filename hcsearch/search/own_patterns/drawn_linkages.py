@@ -14,7 +14,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import PatternError
-from hcsearch.designs.panel_sizes import read_panel
+from hcsearch.designs.panel_sizes import MAX_PANEL_LENGTH, MIN_PANEL_LENGTH, read_panel
 from hcsearch.search.own_patterns.fold_reading import (
     POINT_ERROR_SHARE,
     STRAIGHT_SIDE_SHARE,
@@ -51,7 +51,26 @@ def pattern_of_drawing(drawing: PatternDrawing, panel: str | None = None) -> Pat
     unit, thickness = _sizes(drawing, panel)
     polygons = [tuple((unit * x, unit * y) for x, y in outline) for outline in _outlines(drawing)]
     creases = {pair: _crease(drawing, pair) for pair in drawing.joins}
-    return Pattern.from_polygons(polygons, creases, thickness, drawing.loops)
+    pattern = Pattern.from_polygons(polygons, creases, thickness, drawing.loops)
+    for number, loop in enumerate(pattern.loops):
+        if not _is_ring(pattern, loop):
+            raise PatternError(
+                f"loop {number} in hcsearch:loops is no ring of panels, each joined to the next by a hinge: leave out "
+                "hcsearch:loops"
+            )
+    return pattern
+
+
+def _is_ring(pattern: Pattern, loop: Sequence[FacetPair]) -> bool:
+    """Whether pairs of facets are the hinges around a ring of panels, of which none comes twice."""
+    creases = [pattern.creases.get((min(pair), max(pair))) for pair in loop]
+    if len(loop) < 2 or any(crease is None or crease.face is None for crease in creases):
+        return False
+    joints = [{pattern.panel_of[facet] for facet in pair} for pair in loop]
+    ring = sorted(joints[0] & joints[1])[:1]
+    for joint in (*joints[1:], joints[0]):
+        ring += joint - {ring[-1]} if ring and ring[-1] in joint else ()
+    return len(ring) == len(loop) + 1 == len(set(ring)) + 1 and ring[0] == ring[-1]
 
 
 def states_angles(drawing: PatternDrawing) -> bool:
@@ -98,7 +117,13 @@ def _sizes(drawing: PatternDrawing, panel: str | None) -> tuple[float, float]:
         length, _, thickness = read_panel(panel)
         return length / longest, thickness
     unit = DEFAULT_LONGEST_EDGE / longest if drawing.unit is None else drawing.unit
-    return unit, unit * (DEFAULT_THICKNESS_SHARE * size if drawing.thickness is None else drawing.thickness)
+    thickness = unit * (DEFAULT_THICKNESS_SHARE * size if drawing.thickness is None else drawing.thickness)
+    if not all(MIN_PANEL_LENGTH <= length <= MAX_PANEL_LENGTH for length in (unit * longest, thickness)):
+        raise PatternError(
+            f"the longest edge is {1e3 * unit * longest:.6g} mm and the thickness {1e3 * thickness:.6g} mm: take "
+            f"lengths from {1e3 * MIN_PANEL_LENGTH:g} to {1e3 * MAX_PANEL_LENGTH:g} mm, as by --panel 50x6"
+        )
+    return unit, thickness
 
 
 def _check_panels(drawing: PatternDrawing) -> None:
@@ -139,19 +164,27 @@ def _reflex_corner(facet: Facet) -> int | None:
 
 def _check_overlaps(drawing: PatternDrawing) -> None:
     """Refuse faces that cover each other, as those around a hole with a loose panel in it do; PatternError."""
-    import shapely  # noqa: PLC0415 - only drawings need it
-
     size = math.sqrt(sum(map(facet_area, drawing.facets)) / len(drawing.facets))
-    polygons = np.array([shapely.Polygon(np.array(facet) / size) for facet in drawing.facets])
-    first, second = shapely.STRtree(polygons).query(polygons, predicate="intersects")
-    first, second = first[first < second], second[first < second]
-    shared = shapely.area(shapely.intersection(polygons[first], polygons[second], grid_size=OVERLAP_GRID_SHARE))
-    covered = shared > STRAIGHT_SIDE_SHARE * np.minimum(shapely.area(polygons[first]), shapely.area(polygons[second]))
-    if covered.any():
-        one, two = int(first[covered][0]), int(second[covered][0])
+    for one, two in overlapping_polygons([np.array(facet) / size for facet in drawing.facets], STRAIGHT_SIDE_SHARE):
         raise PatternError(
             f"{panel_named(drawing, one)} and panel {two} overlap in the flat pattern: draw panels beside each other"
         )
+
+
+def overlapping_polygons(polygons: Sequence[Reals], allowed: float) -> list[tuple[int, int]]:
+    """Return the pairs of polygons that overlap by more than a share of the smaller one.
+
+    polygons : corners, (k, 2), in units of about the root of their mean area. Pairs are in rising order.
+    """
+    import shapely  # noqa: PLC0415 - only drawings need it
+
+    shapes = np.array([shapely.Polygon(corners) for corners in polygons])
+    first, second = shapely.STRtree(shapes).query(shapes, predicate="intersects")
+    first, second = first[first < second], second[first < second]
+    # with a grid: otherwise GEOS may find an overlap of panels whose common edge differs in the last bit
+    shared = shapely.area(shapely.intersection(shapes[first], shapes[second], grid_size=OVERLAP_GRID_SHARE))
+    overlaps = shared > allowed * np.minimum(shapely.area(shapes[first]), shapely.area(shapes[second]))
+    return sorted(zip(first[overlaps].tolist(), second[overlaps].tolist(), strict=True))
 
 
 def _outlines(drawing: PatternDrawing) -> list[Facet]:

@@ -19,7 +19,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import InputFileError
 from hcsearch.search.own_patterns.drawn_lines import CrossingError, in_plane, place_text, split_lines
-from hcsearch.search.own_patterns.fold_values import MAX_FOLD_ENTRIES, FrameValues, crease_pattern_frame
+from hcsearch.search.own_patterns.fold_values import MAX_FOLD_ENTRIES, FrameValues, crease_pattern_frame, is_number
 from hcsearch.shape.mesh import (
     Facet,
     faces_between,
@@ -353,22 +353,25 @@ class _Reading:
 
     def _mark(self, k: int, letters: list[Any] | None, angles: list[Any] | None, hinges: list[Any] | None) -> FacetJoin:
         """Return the assignment of an edge, or else that of the sign of its fold angle, and its hinge face."""
+        angle = None if angles is None else self._angle(k, angles[k])
         if letters is not None:
             letter = str(letters[k]).upper()
-        elif angles is not None and angles[k]:
-            letter = "V" if self._angle(k, angles[k]) > 0.0 else "M"
+        elif angle:
+            letter = "V" if angle > 0.0 else "M"
         else:
             letter = "U"
         if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
             raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
         face = hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None
-        angle = angles[k] if angles is not None else None
-        return FacetJoin(letter, face, angle if isinstance(angle, int | float) and math.isfinite(angle) else None)
+        return FacetJoin(letter, face, angle)
 
-    def _angle(self, edge: int, value: Any) -> float:
-        if not isinstance(value, int | float) or math.isnan(value):
-            raise self.values.wrong(f"edge {edge} has the fold angle {value!r}, which is no number")
-        return value
+    def _angle(self, edge: int, value: Any) -> float | None:
+        """Return the fold angle of an edge, degrees; None for null."""
+        if value is None:
+            return None
+        if not is_number(value):
+            raise self.values.wrong(f"edge {edge} has the fold angle {value!r:.40}, which is no number")
+        return float(value)
 
 
 def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], FacetJoin]) -> bool:

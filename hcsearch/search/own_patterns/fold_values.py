@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -131,7 +130,7 @@ class FrameValues:
         if not rows:
             raise self.wrong("it has no vertices_coords")
         for k, row in enumerate(rows):
-            if not (isinstance(row, list) and len(row) >= 2 and all(map(_is_number, row))):
+            if not (isinstance(row, list) and len(row) >= 2 and all(map(is_number, row))):
                 raise self._unsound(
                     f"vertex {k} in vertices_coords is not two or three numbers below {MAX_COORDINATE:g}"
                 )
@@ -167,8 +166,8 @@ class FrameValues:
         value = self._frame.get(key)
         if value is None:
             return None
-        if not _is_number(value) or value <= 0:
-            raise self._unsound(f"{key} is not a length above 0")
+        if not is_number(value) or value <= 0:
+            raise self._unsound(f"{key} is not a length above 0 and below {MAX_COORDINATE:g}")
         return float(value)
 
     def unit(self) -> tuple[float | None, str | None]:
@@ -216,8 +215,9 @@ class FrameValues:
         return row
 
 
-def _is_number(value: Any) -> bool:
-    return type(value) in (int, float) and math.isfinite(value) and abs(value) < MAX_COORDINATE
+def is_number(value: Any) -> bool:
+    """Return whether a value of a file is a number below `MAX_COORDINATE`."""
+    return type(value) in (int, float) and abs(value) < MAX_COORDINATE  # never of NaN
 
 
 def metres_of(unit: object) -> tuple[float | None, str | None]:

@@ -76,31 +76,39 @@ class PackedPattern(ByValue):
 def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPattern:
     """Return the pattern of a drawing with its packed state: the stated one, or one that is found.
 
-    panel : as of `pattern_of_drawing`. PatternError as of that, and where creases are unassigned and no mountains and
-    valleys pack the panels.
+    panel : as of `pattern_of_drawing`. PatternError as of that, and where creases are unassigned and hinges are stated
+    partly closed, or no mountains and valleys pack the panels.
     """
     pattern = pattern_of_drawing(drawing, panel)
     if not pattern.hinges:
         raise PatternError("all panels of the drawing are one, joined by flat edges (F): assign mountains and valleys")
     search = _PackingSearch(drawing, pattern)
     angles = partly_closed_angles(drawing, pattern)
-    if angles is not None and not search.free:
+    if angles is not None and search.free:
+        raise _unassigned(drawing, "the file states a state with hinges between 0 and 180 degrees")
+    if angles is not None:
         return _partly_packed(pattern, angles)
     found = search.packed()
     if found is None and search.free:
-        pair = next(pair for pair, join in drawing.joins.items() if join.assignment == "U" and join.face is None)
-        raise PatternError(
-            f"the crease between {panel_named(drawing, pair[0])} and panel {pair[1]} is unassigned (U), and no "
-            f"mountains and valleys were found that pack the panels, as {search.fault}: assign M and V, which say on "
-            "which face each hinge is"
-        )
+        raise _unassigned(drawing, f"no mountains and valleys were found that pack the panels, as {search.fault}")
     if found is None:
         return PackedPattern(search.pattern, False, f"no packed state is known: {search.fault}")
     flat = sum(not hinge.closes for hinge in found.hinges)
+    if flat == len(found.hinges):
+        return PackedPattern(search.pattern, False, "no packed state is known: the file keeps all hinges flat")
     how = "stated by the file" if search.stated else "found"
     hinges = "all hinges closed" if not flat else f"{flat} of {len(found.hinges)} hinges flat, the others closed"
     moved = max(map(_distance, found.vertices, search.pattern.vertices))
     return PackedPattern(found, True, f"packed state {how}: {hinges}", moved)
+
+
+def _unassigned(drawing: PatternDrawing, why: str) -> PatternError:
+    """Return the error for a drawing whose creases need assignments; why : as a clause."""
+    pair = next(pair for pair, join in drawing.joins.items() if join.assignment == "U" and join.face is None)
+    return PatternError(
+        f"the crease between {panel_named(drawing, pair[0])} and panel {pair[1]} is unassigned (U), and {why}: assign "
+        "M and V, which say on which face each hinge is"
+    )
 
 
 def _partly_packed(pattern: Pattern, angles: Reals) -> PackedPattern:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.search.own_patterns.drawn_linkages import OVERLAP_GRID_SHARE
+from hcsearch.search.own_patterns.drawn_linkages import overlapping_polygons
 from hcsearch.shape.linkage import hinge_tree
 from hcsearch.shape.pattern import PanelFace, Pattern
 
@@ -110,20 +110,11 @@ class LayerSearch:
 
 def overlapping_panels(pattern: Pattern, shadows: Sequence[Reals], allowed: float) -> list[set[int]]:
     """Return for each panel the others whose shadows overlap its own by more than a share of the smaller facet."""
-    import shapely  # noqa: PLC0415 - only drawings need it
-
-    polygons = np.array([shapely.Polygon(np.column_stack([corners.real, corners.imag])) for corners in shadows])
-    first, second = shapely.STRtree(polygons).query(polygons, predicate="intersects")
-    panels = np.array(pattern.panel_of)
-    first, second = first[panels[first] != panels[second]], second[panels[first] != panels[second]]
-    # with a grid: otherwise GEOS may find an overlap of panels whose common edge differs in the last bit
-    shared = shapely.area(shapely.intersection(polygons[first], polygons[second], grid_size=OVERLAP_GRID_SHARE))
-    least = np.minimum(shapely.area(polygons[first]), shapely.area(polygons[second]))
     overlapping: list[set[int]] = [set() for _ in pattern.panels]
-    for one, two in zip(
-        first[shared > allowed * least].tolist(),
-        second[shared > allowed * least].tolist(),
-        strict=True,
-    ):
-        overlapping[panels[one]].add(int(panels[two]))
+    corners = [np.column_stack([shadow.real, shadow.imag]) for shadow in shadows]
+    for facets in overlapping_polygons(corners, allowed):
+        one, two = (pattern.panel_of[facet] for facet in facets)
+        if one != two:
+            overlapping[one].add(two)
+            overlapping[two].add(one)
     return overlapping

@@ -21,6 +21,7 @@ from hcsearch.basics.errors import InputFileError
 from hcsearch.motion.collision.panel_prisms import inset_facet
 from hcsearch.search.own_patterns.drawn_lines import PointNumbers
 from hcsearch.search.own_patterns.fold_reading import PatternDrawing, parse_fold
+from hcsearch.search.own_patterns.fold_values import MAX_COORDINATE, is_number
 from hcsearch.shape.mesh import Facet, PlanePoint, components, facet_area, sides_of
 from hcsearch.system.reading import read_text_file
 
@@ -77,7 +78,7 @@ def read_model(path: str) -> PatternDrawing:
     try:
         model = {"robot": _read_urdf, "mujoco": _read_mjcf}[root.tag](root, path)
         return parse_fold(json.dumps(_fold_data(model)), path)
-    except (KeyError, ValueError, TypeError, AttributeError, IndexError) as error:
+    except (LookupError, ValueError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         if isinstance(error, InputFileError):
             raise
         raise InputFileError(
@@ -134,15 +135,15 @@ def _read_mjcf(root: Xml.Element, _path: str) -> _Model:
         mesh.attrib["name"]: _numbers(mesh.attrib["vertex"]).reshape(2, -1, 3) for mesh in root.iterfind("asset/mesh")
     }
     base = _found(root, "worldbody/body")
-    key = next(key for key in root.iterfind("keyframe/key") if key.attrib["name"] == "start")
-    start = iter(_numbers(key.attrib["qpos"])[0 if base.find("freejoint") is None else 7 :].tolist())
+    start = _numbers(_found(root, "keyframe/key[@name='start']").attrib["qpos"])
+    angles = start[0 if base.find("freejoint") is None else 7 :].tolist()
     margin = min(float(corners[0, :, 2].min()) for corners in _placed_meshes(base, np.zeros(3), meshes))
     for body, parent, frame in _bodies(base, None, np.zeros(3)):
         name = body.attrib["name"]
         model.frames[name] = frame
         if parent is not None:
             across = _across(_found(body, "joint").attrib["axis"])
-            model.hinges.append(_ModelHinge(parent, name, frame, across, next(start) > 0.5 * math.pi))
+            model.hinges.append(_ModelHinge(parent, name, frame, across, angles[len(model.hinges)] > 0.5 * math.pi))
         for geom in body.iterfind("geom"):
             corners = meshes[geom.attrib["mesh"]] + frame
             ring = tuple((float(x), float(y)) for x, y, _ in corners[0])
@@ -259,7 +260,8 @@ def _on_hinge_lines(
 def _across(axis: str) -> Reals:
     """Return the unit vector of the plane across the axis of a joint."""
     x, y, _ = _numbers(axis).tolist()
-    return np.array([-y, x]) / math.hypot(x, y)
+    length = math.hypot(x, y)
+    return np.array([-y / length, x / length])
 
 
 def _found(element: Xml.Element, tag: str) -> Xml.Element:
@@ -271,5 +273,8 @@ def _found(element: Xml.Element, tag: str) -> Xml.Element:
 
 
 def _numbers(text: str) -> Reals:
-    """Return the numbers of a text, separated by spaces."""
-    return np.array([float(part) for part in text.split()])
+    """Return the numbers of a text, separated by spaces; ValueError for those that are no coordinates."""
+    numbers = [float(part) for part in text.split()]
+    if not all(map(is_number, numbers)):
+        raise ValueError(f"{text[:40]!r} holds a number that is not below {MAX_COORDINATE:g}")
+    return np.array(numbers)

@@ -91,8 +91,8 @@ def open_atlas_folder(path: str | Path, request: AtlasRequest) -> Iterator[Atlas
     with _locked(folder):
         write_output(folder.work / _REQUEST_FILE, json.dumps(request.record(), indent=1) + "\n")
         yield folder
-    if folder.is_complete:
-        shutil.rmtree(folder.work)
+        if folder.is_complete:  # under the lock, which another process would else take
+            shutil.rmtree(folder.work)
 
 
 @contextmanager

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any
 
-from hcsearch.basics.errors import SizeError
-from hcsearch.designs.grid import grid_of
+from hcsearch.basics.errors import NotationError, SizeError
+from hcsearch.designs.grid import GRIDS, grid_of
 from hcsearch.search.stages.order import STAGES, stage_numbers, stages_until
 from hcsearch.store import file_library_versions
 
@@ -66,6 +66,8 @@ def atlas_request(grids: Sequence[str], n: int, until: str | None) -> AtlasReque
     """Return the request for the given grids, and the last stage unless one is named; errors name the remedy."""
     if n < LEAST_PANELS:
         raise SizeError(f"n = {n} is too small: a closed walk needs {LEAST_PANELS} panels or more")
+    if not grids:
+        raise NotationError(f"an atlas needs a grid: name one or more of {', '.join(GRIDS)}, or leave grids out")
     last = list(STAGES)[-1] if until is None else until
     stages_until(last)
     return AtlasRequest(tuple(sorted({grid_of(grid).name for grid in grids})), int(n), last)
