@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from hcsearch import store
@@ -102,13 +103,14 @@ class Case:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """The subject as the entries of a case file."""
+        """The subject as the entries of a case file; a file has its whole path, from wherever this one is read."""
         if isinstance(self.what, Folding):
             return {"design": self.what.notation}
         if isinstance(self.what, NamedAssembly):
             return {"assembly": self.what.name, "parameters": dict(self.what.parameters)}
         if isinstance(self.what, DrawnPattern):
-            return {"pattern": self.what.path} | ({} if self.what.panel is None else {"panel_mm": self.what.panel})
+            path = str(Path(self.what.path).absolute())
+            return {"pattern": path} | ({} if self.what.panel is None else {"panel_mm": self.what.panel})
         return {"linkage": repr(self.what)}
 
     @property

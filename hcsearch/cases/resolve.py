@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from hcsearch import store
@@ -153,6 +154,8 @@ def _resolved(name: str, arguments: _Arguments, db: Place | None, folding: Foldi
     if folding is None and subject in ASSEMBLIES:
         return _of_assembly(name, subject, content, arguments, db)
     if folding is None and is_pattern_file(subject):
+        if name.endswith(".toml"):  # as other files that a scene file names
+            subject = str(Path(name).parent / Path(subject).expanduser())
         return _of_pattern_file(name, subject, content, arguments, db)
     if folding is None:
         refuse_unknown(subject)

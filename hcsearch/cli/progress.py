@@ -91,7 +91,7 @@ class _Bar:
     def _show_note(self) -> None:
         note = _compilation_note()
         if note is not None:
-            click.echo(f"\r{note:<79}", err=True, nl=False)
+            click.echo(f"\r{note[:79]:<79}", err=True, nl=False)
             self._noted = True
 
     def _end_notes(self) -> None:

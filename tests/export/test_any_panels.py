@@ -261,3 +261,16 @@ def test_drawn_patterns_are_exported(ending, tmp_path):
         read, given = pack_drawing(read_fold(str(main))).pattern, resolve(path).linkage.pattern
         assert (read.faces, read.creases) == (given.faces, given.creases)
         assert np.allclose(read.vertices, given.vertices, rtol=0.0, atol=1e-12)
+
+def test_a_scene_file_names_a_pattern_in_its_own_folder(tmp_path):
+    save("unit-ii", tmp_path / "u.fold")
+    (tmp_path / "case.toml").write_text("pattern = 'u.fold'\n", encoding="utf-8")
+    case = resolve(str(tmp_path / "case.toml"))
+    assert case.linkage.n_hinges == resolve("unit-ii").linkage.n_hinges
+    assert case.facts["pattern"] == str(tmp_path / "u.fold")
+
+
+@pytest.mark.parametrize(("angle", "letter"), [(180, "V"), (-180, "M")])
+def test_the_sign_of_a_closed_unassigned_crease_is_its_assignment(angle, letter):
+    (join,) = parse_fold(json.dumps(strip([1.0, 1.0], [("U", angle)])), "a.fold").joins.values()
+    assert join.assignment == letter

@@ -362,6 +362,8 @@ class _Reading:
             letter = "U"
         if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
             raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
+        if letter == "U" and angle is not None and abs(angle) == 180.0:  # closed, to the side that the sign says
+            letter = "V" if angle > 0.0 else "M"
         face = hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None
         return FacetJoin(letter, face, angle)
 
