@@ -16,8 +16,8 @@ _HEAD = """\
 # Gallery
 
 Each picture moves from the packed towards the flat state and back. Below it stand what the program found and the
-command that makes the picture, if it moves. Mountain hinges are red, valley hinges blue. The pictures are SVG files
-without scripts; where a reader asks for reduced motion, they stand still.
+command that makes the picture, or that prints the design where nothing moves. Mountain hinges are red, valley hinges
+blue. The pictures are SVG files without scripts; where a reader asks for reduced motion, they stand still.
 
 `make gallery` makes this page and its pictures.
 """
