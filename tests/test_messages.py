@@ -152,3 +152,8 @@ def test_sql_asks_for_a_scene_that_is_there(run, database):
     done = run(*words, "--scene", "earth")
     assert (done.returncode, done.stdout) == (2, "")
     assert "no verdicts of the scene 'earth'" in done.stderr
+
+
+def test_what_is_no_design_may_be_meant_as_an_assembly(run):
+    for words in (("show", "fig-9.9"), ("show", "fig-9.9", "--html")):
+        assert "or the name of an assembly (`hcsearch assembly list`)" in run(*words).stderr

@@ -179,7 +179,10 @@ def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:
     if not name[:1].isdigit() and ":" not in name:
         if name in ASSEMBLIES:
             raise HcsearchError(f"{name} is an assembly: see hcsearch assembly {name}")
-        raise HcsearchError(f"{name!r} is no design: give an id, or the notation of a circuit such as hex:0234550132")
+        raise HcsearchError(
+            f"{name!r} is no design: give an id, the notation of a circuit such as hex:0234550132, or the name of an "
+            "assembly (`hcsearch assembly list`)"
+        )
     return split_crease(name)
 
 

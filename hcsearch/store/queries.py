@@ -365,7 +365,8 @@ def limited_reading(database: Database, seconds: float) -> Iterator[Connection]:
         with database.reading() as connection:
             driver: Any = connection.connection.dbapi_connection
             if not isinstance(driver, sqlite3.Connection):
-                connection.exec_driver_sql(f"SET LOCAL statement_timeout = {round(1000 * seconds)}")
+                milliseconds = max(1, round(1000 * seconds))  # 0 would be no limit
+                connection.exec_driver_sql(f"SET LOCAL statement_timeout = {milliseconds}")
                 yield connection
                 return
             driver.set_progress_handler(lambda: time.monotonic() > end, PROGRESS_HANDLER_STEPS)

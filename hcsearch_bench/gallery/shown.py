@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hcsearch.library.assemblies import ASSEMBLIES
+from hcsearch.web.report.lead_sentences import PANEL_WORDS
 
 
 @dataclass(frozen=True)
@@ -42,30 +43,39 @@ class Section:
 
 _ANIMATION = "--format animation"
 _OPENED_BY_SPRINGS = {
-    "triangle": ("Equilateral triangles", "triangle:0123434501:1"),
-    "square": ("Squares", "square:01222300:1"),
-    "rectangle": ("Rectangles", "rectangle:01222300:1"),
-    "hex": ("Regular hexagons", "hex:012223444500:4 --scene hinged"),
-    "rhombus": ("Rhombuses", "rhombus:231213121210:3"),
-    "kite": ("Kites", "kite:23203030:3"),
-    "right45": ("Isosceles right triangles", "right45:12121212:0"),
-    "right30": ("30-60-90 triangles", "right30:20201210:3"),
-    "obtuse": ("30-30-120 triangles", "obtuse:121212121212:0"),
+    "triangle": "triangle:0123434501:1",
+    "square": "square:01222300:1",
+    "rectangle": "rectangle:01222300:1",
+    "hex": "hex:012223444500:4 --scene hinged",
+    "rhombus": "rhombus:231213121210:3",
+    "kite": "kite:23203030:3",
+    "right45": "right45:12121212:0",
+    "right30": "right30:20201210:3",
+    "obtuse": "obtuse:121212121212:0",
 }
-"""The title and the folding of each grid."""
+"""The folding of each grid."""
 HALF_OPEN_GRIDS = ("rhombus", "kite", "right45", "right30", "obtuse")
 """Grids of which docs/reference/grids.md shows a still, too."""
 
+
+def _title(grid: str) -> str:
+    return PANEL_WORDS[grid].capitalize()
+
+
 GRID_PICTURES = tuple(
-    ShownPicture(f"moving-{grid}.svg", title, f"hcsearch export {folding} --motion springs {_ANIMATION}", f"`{grid}`")
-    for grid, (title, folding) in _OPENED_BY_SPRINGS.items()
+    ShownPicture(
+        f"moving-{grid}.svg", _title(grid), f"hcsearch export {folding} --motion springs {_ANIMATION}", f"`{grid}`"
+    )
+    for grid, folding in _OPENED_BY_SPRINGS.items()
 )
 OTHER_PICTURES = (
     *(
         ShownPicture(
-            f"half-open-{grid}.png", title, f"hcsearch export {folding} --motion springs --format png --state 0.5"
+            f"half-open-{grid}.png",
+            _title(grid),
+            f"hcsearch export {folding} --motion springs --format png --state 0.5",
         )
-        for grid, (title, folding) in _OPENED_BY_SPRINGS.items()
+        for grid, folding in _OPENED_BY_SPRINGS.items()
         if grid in HALF_OPEN_GRIDS
     ),
     ShownPicture(

@@ -1,6 +1,7 @@
 """What a report shows first and what its address holds, in a real browser. Needs chromium."""
 
 import random
+from collections import Counter
 from dataclasses import replace
 
 import pytest
@@ -163,6 +164,25 @@ def test_the_plot_opens_designs_by_mouse_and_keys(tab, page, data):
     assert f"#{opened}" in said
     dof = {design["id"]: design.get("dof") for design in data.designs}
     assert dof[opened] == 4 == min(value for value in dof.values() if value is not None)
+    assert tab.complaints == []
+
+
+def test_a_mark_of_one_design_says_its_status(tab, page, data):
+    designs = [design for design in data.designs if None not in map(design.get, ("dof", "needed_margin"))]
+    places = Counter((design["dof"], design["needed_margin"]) for design in designs)
+    alone = {
+        f"#{design['id']}, {design['status']}:"
+        for design in designs
+        if places[design["dof"], design["needed_margin"]] == 1
+    }
+    show(tab, f"{page}#x=dof&y=needed_margin")
+    tab.until("Boolean(document.querySelector('svg.scatter'))")
+    tab.value("document.querySelector('svg.scatter').focus()")
+    said = []
+    for _ in places:
+        tab.press("ArrowRight")
+        said.append(tab.value("document.querySelector('.said').textContent"))
+    assert {text[: text.index(":") + 1] for text in said if " designs: " not in text} == alone != set()
     assert tab.complaints == []
 
 

@@ -54,6 +54,7 @@ def test_the_sentence_says_how_many_open(counts, query, sentence):
         ([("hex", 8), ("hex", 10)], None, "8 to 10 thick hexagons"),
         ([("hex", 8), ("kite", 8), ("square", 8)], None, "Eight thick hexagons, kites or squares"),
         ([], None, "No designs"),
+        ([("hex", -3)], None, "-3 thick hexagons"),
     ],
 )
 def test_the_title_names_the_panels(sizes, array, title):

@@ -74,3 +74,19 @@ def test_filter_sort_open_play_and_download(address, number, tmp_path):
         assert file.read_bytes()[:4] == b"glTF"
         assert tab.complaints == []
         assert all(request.startswith(address) for request in tab.requests), json.dumps(tab.requests)
+
+
+def test_the_note_on_a_page_to_come_goes_away_with_escape_and_does_not_come_for_files(address, tmp_path):
+    hidden = "document.getElementById('working').hidden"
+    with chromium(tmp_path / "profile") as tab:
+        tab.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+        tab.open(f"{address}/designs?q=id<60")
+        tab.value("document.addEventListener('click', (event) => event.preventDefault(), { once: true })")
+        tab.value("document.querySelector('[rel=next]').click()")
+        assert not tab.value(hidden)
+        tab.press("Escape")
+        assert tab.value(hidden)
+        for ending in ("csv", "json"):
+            tab.value(f"document.querySelector('.around a[href*=\".{ending}\"]').click()")
+            assert tab.value(hidden)
+        assert tab.complaints == []

@@ -66,7 +66,7 @@ def title_of(sizes: Sequence[tuple[str, int]], array: str | None = None) -> str:
     panels = _joined([PANEL_NOUNS.get(grid, grid) for grid in grids])
     if len(numbers) > 1:
         return f"{numbers[0]} to {numbers[-1]} thick {panels}"
-    number = _SMALL_NUMBERS[numbers[0]] if numbers[0] < len(_SMALL_NUMBERS) else str(numbers[0])
+    number = _SMALL_NUMBERS[numbers[0]] if 0 <= numbers[0] < len(_SMALL_NUMBERS) else str(numbers[0])
     return f"{number} thick {panels}" + (" in one array" if array is not None else "")
 
 

@@ -32,7 +32,8 @@ from hcsearch.store.columns import VIEWS
 from hcsearch.web.serve import jobs
 from hcsearch.web.serve.downloads import MEDIA_TYPES, ResultStreams, asks_for_few_rows, read_export, text_of_few_rows
 from hcsearch.web.serve.jobs import BusyError, ComputingPool
-from hcsearch.web.serve.listing import LongLists, RowCounts, order_of_list, render_list
+from hcsearch.web.serve.listing import RowCounts, order_of_list, render_list
+from hcsearch.web.serve.long_lists import LongLists
 from hcsearch.web.serve.overviews import Overviews
 from hcsearch.web.serve.requests import (
     CONTENT_POLICY,

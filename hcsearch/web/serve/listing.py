@@ -1,27 +1,20 @@
-"""Lists: pages of the rows of a view, with designs as cards; only a few slow lists run at a time.
-
-Slow lists are not known beforehand. Each list first gets a short time limit; one that exceeds it starts again with the
-full limit once fewer than `MAX_LONG_LISTS` others run. `MAX_WAITING_LISTS` lists may wait for that; further ones are
-refused.
-"""
+"""Lists: pages of the rows of a view, with designs as cards."""
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 from markupsafe import Markup
 
-from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
+from hcsearch.basics.errors import DatabaseError, HcsearchError
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import (
     SCENIC,
     Database,
-    SlowQueryError,
     best_creases,
     check_scene,
     count_rows,
@@ -31,7 +24,7 @@ from hcsearch.store import (
 )
 from hcsearch.store.columns import VIEWS, Quantity
 from hcsearch.store.conditions import quantities_named
-from hcsearch.store.queries import STATEMENT_SECONDS, VIEW_KEYS
+from hcsearch.store.queries import VIEW_KEYS
 from hcsearch.web.player.player_page import as_script
 from hcsearch.web.report.data import (
     BEST_FIRST_ORDER,
@@ -44,70 +37,10 @@ from hcsearch.web.report.data import (
 from hcsearch.web.report.script_data import CARD_COLUMNS, CARD_HEADS, page_data
 from hcsearch.web.report.templating import database_option_text
 from hcsearch.web.serve.jobs import BusyError, ResultCache
+from hcsearch.web.serve.long_lists import LongLists
 from hcsearch.web.serve.overviews import NO_OVERVIEW, Overviews
 from hcsearch.web.serve.requests import ListRequest, check_query, design_address, motion_address
 from hcsearch.web.serve.template_pages import render_page
-
-T = TypeVar("T")
-
-SHORT_LIST_SECONDS = 0.3
-"""Time limit of the first attempt of a list, in seconds."""
-MAX_LONG_LISTS, MAX_WAITING_LISTS = 4, 8
-"""Largest numbers of slow lists that run and that wait; a list waits at most `STATEMENT_SECONDS`."""
-
-
-class LongLists:
-    """Runs queries of lists: at most `max_long_lists` run beyond `short` seconds, and `waiting` more wait for that."""
-
-    def __init__(
-        self,
-        max_long_lists: int = MAX_LONG_LISTS,
-        waiting: int = MAX_WAITING_LISTS,
-        short: float = SHORT_LIST_SECONDS,
-        seconds: float = STATEMENT_SECONDS,
-    ) -> None:
-        self._short, self._seconds = short, seconds
-        self._turns, self._room = (
-            threading.BoundedSemaphore(max_long_lists),
-            threading.BoundedSemaphore(max_long_lists + waiting),
-        )
-
-    def __call__(self, ask: Callable[[float], T]) -> T:
-        """Return the result of a query. ask : takes the time limit in seconds, and raises SlowQueryError beyond it.
-
-        BusyError if it is slow and too many slow ones wait; QueryError if it exceeds the full time limit.
-        """
-        try:
-            return ask(self._short)
-        except SlowQueryError:
-            pass
-        if not self._room.acquire(blocking=False):
-            raise _busy()
-        try:
-            return self._in_turn(ask)
-        finally:
-            self._room.release()
-
-    def _in_turn(self, ask: Callable[[float], T]) -> T:
-        if not self._turns.acquire(timeout=self._seconds):
-            raise _busy()
-        try:
-            return ask(self._seconds)
-        except SlowQueryError:
-            raise QueryError(
-                f"the query takes more than {self._seconds:g} s here: narrow it, as with grid= and n=, or ask "
-                "`hcsearch query`"
-            ) from None
-        finally:
-            self._turns.release()
-
-
-def _busy() -> BusyError:
-    return BusyError(
-        "this list takes long, and so do others right now: try again in a few seconds, or narrow it, as with grid= "
-        "and n="
-    )
-
 
 CARDS_PER_PAGE, ROWS_PER_PAGE = 48, 100
 """Rows of a page: designs as cards, and rows of tables."""
@@ -205,7 +138,7 @@ def render_list(
             quantities = quantities_named(list_request.view, list_request.columns)
         page = long_lists(lambda seconds: list_page_of(database, list_request, counts, seconds))
         if list_request.view == "designs" and page.total is not None:
-            overview = overviews.of(database, list_request)
+            overview = overviews.of(database, list_request, long_lists)
     except (DatabaseError, BusyError):
         raise
     except HcsearchError as error:

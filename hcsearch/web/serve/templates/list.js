@@ -43,6 +43,8 @@ document.getElementById("choose").addEventListener("click", () => {
   form.columns.value = [...document.querySelectorAll("#columns input:checked")].map((box) => box.value).join(",");
   form.requestSubmit();
 });
+// Escape stops a browser from loading.
+addEventListener("keydown", (event) => { if (event.key === "Escape") wait(false); });
 addEventListener("pageshow", () => {
   wait(false);
   for (const field of form.elements) field.disabled = false;
