@@ -262,6 +262,7 @@ def test_drawn_patterns_are_exported(ending, tmp_path):
         assert (read.faces, read.creases) == (given.faces, given.creases)
         assert np.allclose(read.vertices, given.vertices, rtol=0.0, atol=1e-12)
 
+
 def test_a_scene_file_names_a_pattern_in_its_own_folder(tmp_path):
     save("unit-ii", tmp_path / "u.fold")
     (tmp_path / "case.toml").write_text("pattern = 'u.fold'\n", encoding="utf-8")
