@@ -22,7 +22,7 @@ import pytest
 
 from hcsearch.store import open_database
 from tests import forking
-from tests.commands import run_here
+from tests.commands import run_here, without_progress
 
 ENUMERATE = ("enumerate", "--until", "mobility")  # deployments take longer than all else: they have tests of their own
 ENUMERATE_HEX_10 = (*ENUMERATE, "--grid", "hex", "--n", "10", "--db", "d.sqlite")
@@ -476,7 +476,9 @@ def test_an_interrupted_run_says_how_to_go_on(run, tmp_path, number):
     _, said = process.communicate(timeout=60)
     if number == signal.SIGINT:
         assert process.returncode == 130
-        assert said.strip() == ("hcsearch: interrupted; the same command continues work that is stored in a database")
+        assert without_progress(said).strip() == (
+            "hcsearch: interrupted; the same command continues work that is stored in a database"
+        )
     else:
         assert process.returncode == -signal.SIGTERM
     done = run(*words)

@@ -23,6 +23,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tests import forking
+from tests.commands import without_progress
 
 PATIENCE = 120  # seconds; longer than any command here takes on a slow and busy machine
 ORPHANS_LIVE = 3.0  # seconds that a worker may outlive the command that started it
@@ -119,12 +120,12 @@ class Running:
                 (os.killpg if whole_group else os.kill)(self.group, number)
 
     def end(self, number=None, *, whole_group=False):
-        """Wait for the end, after a signal if one is given: (exit code, stdout, stderr). No worker may stay."""
+        """Wait for the end, after a signal if one is given: (exit code, stdout, stderr without progress). No worker may stay."""
         if number is not None:
             self.signal(number, whole_group=whole_group)
         code = self.process.wait(PATIENCE)
         assert wait_until(lambda: not members(self.group), ORPHANS_LIVE), f"still alive: {members(self.group)}"
-        return code, self._text(self._out), self._text(self._err)
+        return code, self._text(self._out), without_progress(self._text(self._err))
 
     @staticmethod
     def _text(file):

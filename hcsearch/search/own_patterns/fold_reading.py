@@ -19,7 +19,12 @@ import numpy as np
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import InputFileError
 from hcsearch.search.own_patterns.drawn_lines import CrossingError, in_plane, place_text, split_lines
-from hcsearch.search.own_patterns.fold_values import MAX_FOLD_ENTRIES, FrameValues, crease_pattern_frame, is_number
+from hcsearch.search.own_patterns.fold_values import (
+    MAX_FOLD_ENTRIES,
+    FrameValues,
+    crease_pattern_frame,
+    is_finite_number,
+)
 from hcsearch.shape.mesh import (
     Facet,
     faces_between,
@@ -371,7 +376,7 @@ class _Reading:
         """Return the fold angle of an edge, degrees; None for null."""
         if value is None:
             return None
-        if not is_number(value):
+        if not is_finite_number(value):
             raise self.values.wrong(f"edge {edge} has the fold angle {value!r:.40}, which is no number")
         return float(value)
 

@@ -130,7 +130,7 @@ class FrameValues:
         if not rows:
             raise self.wrong("it has no vertices_coords")
         for k, row in enumerate(rows):
-            if not (isinstance(row, list) and len(row) >= 2 and all(map(is_number, row))):
+            if not (isinstance(row, list) and len(row) >= 2 and all(map(is_finite_number, row))):
                 raise self._unsound(
                     f"vertex {k} in vertices_coords is not two or three numbers below {MAX_COORDINATE:g}"
                 )
@@ -166,7 +166,7 @@ class FrameValues:
         value = self._frame.get(key)
         if value is None:
             return None
-        if not is_number(value) or value <= 0:
+        if not is_finite_number(value) or value <= 0:
             raise self._unsound(f"{key} is not a length above 0 and below {MAX_COORDINATE:g}")
         return float(value)
 
@@ -215,7 +215,7 @@ class FrameValues:
         return row
 
 
-def is_number(value: Any) -> bool:
+def is_finite_number(value: Any) -> bool:
     """Return whether a value of a file is a number below `MAX_COORDINATE`."""
     return type(value) in (int, float) and abs(value) < MAX_COORDINATE  # never of NaN
 

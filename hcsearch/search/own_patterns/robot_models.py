@@ -21,7 +21,7 @@ from hcsearch.basics.errors import InputFileError
 from hcsearch.motion.collision.panel_prisms import inset_facet
 from hcsearch.search.own_patterns.drawn_lines import PointNumbers
 from hcsearch.search.own_patterns.fold_reading import PatternDrawing, parse_fold
-from hcsearch.search.own_patterns.fold_values import MAX_COORDINATE, is_number
+from hcsearch.search.own_patterns.fold_values import MAX_COORDINATE, is_finite_number
 from hcsearch.shape.mesh import Facet, PlanePoint, components, facet_area, sides_of
 from hcsearch.system.reading import read_text_file
 
@@ -275,6 +275,6 @@ def _found(element: Xml.Element, tag: str) -> Xml.Element:
 def _numbers(text: str) -> Reals:
     """Return the numbers of a text, separated by spaces; ValueError for those that are no coordinates."""
     numbers = [float(part) for part in text.split()]
-    if not all(map(is_number, numbers)):
+    if not all(map(is_finite_number, numbers)):
         raise ValueError(f"{text[:40]!r} holds a number that is not below {MAX_COORDINATE:g}")
     return np.array(numbers)
