@@ -120,7 +120,7 @@ class Running:
                 (os.killpg if whole_group else os.kill)(self.group, number)
 
     def end(self, number=None, *, whole_group=False):
-        """Wait for the end, after a signal if one is given: (exit code, stdout, stderr without progress). No worker may stay."""
+        """Wait for the end, after a signal if one is given: (exit code, stdout, stderr). No worker may stay."""
         if number is not None:
             self.signal(number, whole_group=whole_group)
         code = self.process.wait(PATIENCE)
