@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from hcsearch.basics.errors import HcsearchError, PatternError
-from hcsearch.search.own_patterns.fold_reading import PatternDrawing, read_fold
-from hcsearch.search.own_patterns.packed_states import PackedPattern, pack_drawing
-from hcsearch.search.own_patterns.recognition import RecognisedDesign, drawn_panel_size, recognise_design
-from hcsearch.search.own_patterns.robot_models import read_model
 from hcsearch.system.terminal import write_notice
+
+if TYPE_CHECKING:
+    from hcsearch.search.own_patterns.fold_reading import PatternDrawing
+    from hcsearch.search.own_patterns.packed_states import PackedPattern
+    from hcsearch.search.own_patterns.recognition import RecognisedDesign
 
 MODEL_SUFFIXES = (".urdf", ".xml", ".mjcf")
 """Endings of models of mechanisms."""
@@ -50,6 +52,10 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
 
     panel : as of `--panel`. InputFileError for a file that holds no flat pattern, PatternError as of `pack_drawing`.
     """
+    from hcsearch.search.own_patterns.fold_reading import read_fold  # noqa: PLC0415 - most commands read no such file
+    from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design  # noqa: PLC0415
+    from hcsearch.search.own_patterns.robot_models import read_model  # noqa: PLC0415
+
     is_model = path.lower().endswith(MODEL_SUFFIXES)
     drawing = read_model(path) if is_model else read_fold(path)
     for remark in drawing.remarks:
@@ -66,6 +72,8 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
 
 def _packed(path: str, drawing: PatternDrawing, panel: str | None) -> PackedPattern:
     """Return the pattern of a drawing in its packed state; the errors of `pack_drawing` with the file's name."""
+    from hcsearch.search.own_patterns.packed_states import pack_drawing  # noqa: PLC0415 - loads kernels
+
     try:
         return pack_drawing(drawing, panel)
     except PatternError as error:

@@ -51,8 +51,7 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
     """
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
-    from hcsearch.api import describing, showing
-    from hcsearch.cli.assembly import print_facts
+    from hcsearch.api import showing
     from hcsearch.library.assemblies import ASSEMBLIES
 
     if as_html:
@@ -61,6 +60,9 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
     if design in ASSEMBLIES:
         if scene or panel:
             raise HcsearchError("the properties of an assembly depend on no scene: add --html, or leave the scene out")
+        from hcsearch.api import describing
+        from hcsearch.cli.assembly import print_facts
+
         print_facts(describing.describe(design))
         return
     shown = showing.show(design, db=db, scene=scene, panel=panel)
