@@ -50,13 +50,18 @@ def twist(folding: Folding) -> int:
     >>> twist(Folding.from_notation("hex:0234550132:4"))
     0
     """
-    expect_kind(
-        "the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')"
-    )
+    _expect_folding(folding)
     words = np.array([folding.circuit.word], np.int8)
     circuits = CircuitBatch(folding.circuit.grid.name, words, np.ones(1, np.int16))
     batch = FoldingBatch(np.zeros(1, np.int32), np.array([folding.crease], np.int16))
     return int(twist_batch(circuits, batch)[0])
+
+
+def _expect_folding(folding: Folding) -> None:
+    """Raise HcsearchError for what is no folding."""
+    expect_kind(
+        "the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')"
+    )
 
 
 def gauss_linking(folding: Folding) -> int:
@@ -76,9 +81,7 @@ def gauss_linking(folding: Folding) -> int:
     int
         The linking number.
     """
-    expect_kind(
-        "the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')"
-    )
+    _expect_folding(folding)
     centre, parallel = folded_band(folding)
     height = folding.circuit.n
     for trial in range(1, 100):
