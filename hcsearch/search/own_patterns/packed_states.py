@@ -98,7 +98,7 @@ def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPat
         return PackedPattern(search.pattern, False, "no packed state is known: the file keeps all hinges flat")
     how = "stated by the file" if search.stated else "found"
     hinges = "all hinges closed" if not flat else f"{flat} of {len(found.hinges)} hinges flat, the others closed"
-    moved = max(map(_distance, found.vertices, search.pattern.vertices))
+    moved = max(map(math.dist, found.vertices, search.pattern.vertices))
     return PackedPattern(found, True, f"packed state {how}: {hinges}", moved)
 
 
@@ -127,10 +127,6 @@ def _partly_packed(pattern: Pattern, angles: Reals) -> PackedPattern:
         return PackedPattern(pattern, False, f"{known}; thick panels penetrate each other there")
     near = f" after hinges turn by up to {turned:.3g} degrees" if turned > MIN_TOLD_TURN else ""
     return PackedPattern(pattern, False, f"{known}; its loops close{near}", partly_closed=closed.angles)
-
-
-def _distance(one: Sequence[float], two: Sequence[float]) -> float:
-    return abs(complex(*one) - complex(*two))
 
 
 class _PackingSearch:
@@ -261,7 +257,7 @@ class _PackingSearch:
 
     def _faces(self, pattern: Pattern, closing: Sequence[bool]) -> list[PanelFace] | None:
         """Return the faces of all hinges with which panels lie in layers; None, and the fault, where there are none."""
-        moved = max(map(_distance, pattern.vertices, self.pattern.vertices))
+        moved = max(map(math.dist, pattern.vertices, self.pattern.vertices))
         shared = max(SHADOW_OVERLAP_SHARE, MOVED_OVERLAP_FACTOR * moved / pattern.size)
         below = overlapping_panels(pattern, self._shadows(pattern, closing), shared)
         layers = LayerSearch(pattern, closing, self.free, below).found()
