@@ -63,6 +63,7 @@ NumpyDocstring._parse_attribute_docstring = NumpyDocstring._consume_to_end
 html_theme = "pydata_sphinx_theme"
 html_title = f"hcsearch {version}"
 html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_js_files = [("site.js", {"defer": "defer"})]
 html_extra_path = ["_site"]
 html_copy_source = False

@@ -10,7 +10,7 @@ import pytest
 
 from hcsearch import follow_motion, replay, save
 from hcsearch.basics.errors import HcsearchError
-from tests.commands import run_here
+from tests.commands import run_here, without_progress
 
 pytestmark = pytest.mark.filterwarnings("default::hcsearch.basics.errors.HcsearchWarning")
 
@@ -151,7 +151,7 @@ def test_wrong_input_is_one_line_and_writes_nothing(run, tmp_path, words, messag
     done = run(*words)
     assert done.returncode == 2
     assert message in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+    assert len(without_progress(done.stderr).splitlines()) == 1
     assert done.stdout == ""
     assert sorted(tmp_path.iterdir()) == before
 
