@@ -17,6 +17,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
 from hcsearch.designs.grid import GRIDS
 from hcsearch.store.generated import columns_page
+from tests import forking
 from tests.documents import (
     DOCUMENTS,
     ROOT,
@@ -47,31 +48,30 @@ def test_examples_in_the_package_docstring():
     assert failed == 0
 
 
-def called(words):
-    """A command as this environment runs it: `make` with its own, which is set up already."""
+def from_the_start(words, **place):
+    """Run a command as a newcomer does: `make` with this environment, which is set up already."""
     if words[0] == "make":
         own = [f"VENV={sys.prefix}", f"--old-file={sys.prefix}/installed", "--no-print-directory"]
-        return ["make", f"--file={ROOT / 'Makefile'}", *own, *words[1:]]
+        line = ["make", f"--file={ROOT / 'Makefile'}", *own, *words[1:]]
+    else:
+        line = [sys.executable, "-m", *words]
+    return subprocess.run(line, capture_output=True, text=True, timeout=900, check=False, **place)
+
+
+def already_loaded(words, **place):
+    """Run a command without the seconds that it takes to load."""
     assert words[0] == "hcsearch"
-    return [sys.executable, "-m", *words]
+    return forking.run(words[1:], timeout=900, **place)
 
 
-def run_examples(document, folder):
-    """Run the commands of a document, one after the other, and compare what they print."""
+def run_examples(document, folder, run):
+    """Run the commands of a document by a function, one after the other, and compare what they print."""
     outer = {"MAKEFLAGS", "MAKELEVEL", "MFLAGS"}  # of the make that runs the tests
     surroundings = {name: value for name, value in os.environ.items() if name not in outer}
     for name, content in files_shown(document):
         (folder / name).write_text(content, encoding="utf-8")
     for command, expected, numbers in shell_examples(document):
-        done = subprocess.run(
-            called(shlex.split(command)),
-            cwd=folder,
-            env=surroundings,
-            capture_output=True,
-            text=True,
-            timeout=900,
-            check=False,
-        )
+        done = run(shlex.split(command), cwd=folder, env=surroundings)
         output = done.stdout.replace(f"{sys.prefix}/", ".venv/")
         assert agrees(output, expected, numbers), f"{command}\n{output}\n{done.stderr}"
 
@@ -79,7 +79,7 @@ def run_examples(document, folder):
 @pytest.mark.long
 def test_shell_examples_of_the_readme(tmp_path):
     assert next(shell_examples(ROOT / "README.md"))[0] == "make run"
-    run_examples(ROOT / "README.md", tmp_path)
+    run_examples(ROOT / "README.md", tmp_path, from_the_start)
     assert (tmp_path / "reports" / "hex-12.html").stat().st_size > 100_000
 
 
@@ -95,7 +95,7 @@ LONG = {"flight.md", "tutorial.md", "worked_example.md", "panels_and_scenes.md"}
     ids=name_of,
 )
 def test_shell_examples_of_other_documents(document, tmp_path):
-    run_examples(document, tmp_path)
+    run_examples(document, tmp_path, already_loaded)
 
 
 def test_examples_agree_where_times_and_last_digits_differ():
