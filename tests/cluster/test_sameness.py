@@ -86,6 +86,7 @@ def test_what_older_programs_do_not_say_is_a_difference():
 
 def test_modules_that_were_loaded_after_a_change_are_noticed(monkeypatch):
     assert not sameness.are_sources_mixed()
+    monkeypatch.setattr(sameness, "_file_states", list)
     monkeypatch.setattr(sameness, "sources_digest", lambda: "changed")
     assert not sameness.are_sources_mixed()  # nothing more was loaded since: all is as it was
     monkeypatch.setitem(sys.modules, "hcsearch.loaded_now", sys)
@@ -94,6 +95,15 @@ def test_modules_that_were_loaded_after_a_change_are_noticed(monkeypatch):
     assert run_packed_task(running_program(), packed_task(len, [1])) == ProgramRefusal(None)
     with pytest.raises(ClusterError, match="were changed while it ran"):
         list(WorkerPool(1).map_ordered(len, ["a", "bb"]))
+
+
+def test_files_that_were_written_again_with_the_same_text_are_no_change(copy, monkeypatch):
+    sources = sorted((copy / "hcsearch").rglob("*.py"))
+    monkeypatch.setattr(sameness, "_ROOT", copy / "hcsearch")
+    sources[0].write_bytes(sources[0].read_bytes())
+    assert not sameness.are_sources_changed()
+    sources[0].unlink()
+    assert sameness.are_sources_changed()
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

@@ -34,6 +34,7 @@ _checked: set[str] = set()
 @cache
 def running_program() -> ProgramVersions:
     """Return the program of this process, determined once."""
+    _states_at_start()
     versions = {name: _version(name) for name in ("hcsearch", *_LIBRARIES)}
     return versions | {"Python": f"{sys.version_info[0]}.{sys.version_info[1]}", _SOURCES: sources_digest()}
 
@@ -46,15 +47,37 @@ def _version(library: str) -> str:
 def sources_digest() -> str:
     """Return a digest of the present source files of hcsearch."""
     digest = hashlib.blake2b(digest_size=16)
-    for path in sorted(_ROOT.rglob("*.py")):
+    for path in _source_files():
         text = path.read_bytes().replace(b"\r\n", b"\n")
         digest.update(f"{path.relative_to(_ROOT).as_posix()} {len(text)}\n".encode() + text)
     return digest.hexdigest()
 
 
 def are_sources_changed() -> bool:
-    """Whether the source files of hcsearch have changed since `running_program` was determined."""
-    return sources_digest() != running_program()[_SOURCES]
+    """Whether the source files of hcsearch have changed since `running_program` was determined.
+
+    They are read again only where one has another size or time than it had then.
+    """
+    expected = running_program()[_SOURCES]
+    return _file_states() != _states_at_start() and sources_digest() != expected
+
+
+def _source_files() -> list[Path]:
+    return sorted(_ROOT.rglob("*.py"))
+
+
+def _file_states() -> list[tuple[Path, int, int, int]]:
+    """Return the source files with what changes when one is written or replaced."""
+    states = []
+    for path in _source_files():
+        state = path.stat()
+        states.append((path, state.st_size, state.st_mtime_ns, state.st_ino))
+    return states
+
+
+@cache
+def _states_at_start() -> list[tuple[Path, int, int, int]]:
+    return _file_states()
 
 
 def are_sources_mixed() -> bool:
