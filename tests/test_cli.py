@@ -22,6 +22,7 @@ from pathlib import Path
 import pytest
 
 from hcsearch.store import open_database
+from hcsearch.system.interrupts import INTERRUPT_EXIT_CODE, INTERRUPT_MESSAGE
 from tests import forking
 from tests.commands import run_here, without_progress
 
@@ -421,6 +422,27 @@ def test_a_closed_pipe_ends_quietly(tmp_path):
     done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout.split() == ["circuit"]
     assert done.stderr == ""
+
+
+def test_ctrl_c_in_a_finaliser_ends_a_command():
+    code = """
+import signal, sys
+from hcsearch import cli
+
+class Held:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+@cli.hcsearch.command()
+def hold():
+    Held()
+    print("it went on", flush=True)
+
+cli.main()
+"""
+    done = subprocess.run([sys.executable, "-c", code, "hold"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (INTERRUPT_EXIT_CODE, "")
+    assert done.stderr == f"{INTERRUPT_MESSAGE}\n"
 
 
 def test_help_and_version_do_not_load_the_engine():

@@ -121,6 +121,7 @@ def main() -> None:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     # read by numba on import, for the compiler part that all kernels of a process share: a tenth faster
     os.environ.setdefault("NUMBA_OPT", "1")
+    unraisable, sys.unraisablehook = sys.unraisablehook, _exit_if_interrupted
     try:
         signal.signal(signal.SIGINT, _interrupt)
         with _warning_in_lines():
@@ -151,6 +152,7 @@ def main() -> None:
         _fail(f"cannot write or read: {error.strerror or error}; make room or choose another place")
     finally:
         signal.signal(signal.SIGINT, exit_interrupted)
+        sys.unraisablehook = unraisable
 
 
 @contextmanager
@@ -183,6 +185,13 @@ def _interrupt(_number: int, _frame: object) -> None:
     """Shut down cleanly at the first Ctrl-C and at once at the next; the database is safe either way."""
     signal.signal(signal.SIGINT, exit_interrupted)
     raise KeyboardInterrupt
+
+
+def _exit_if_interrupted(ignored: sys.UnraisableHookArgs) -> None:
+    """Exit at a Ctrl-C during a call whose exceptions Python prints and ignores, such as a finaliser."""
+    if isinstance(ignored.exc_value, KeyboardInterrupt):
+        exit_interrupted()
+    sys.__unraisablehook__(ignored)
 
 
 def _discard(stream: TextIO | None) -> None:
