@@ -38,13 +38,13 @@ def faults(tab, pages, script, themes=("light", "dark"), widths=(1400, 390)):
         tab.call("Emulation.setDeviceMetricsOverride", **size, deviceScaleFactor=1, mobile=False)
 
     found = {}
-    show(themes[0], widths[0])
-    for address, ready in pages.items():
+    for (address, ready), width in product(pages.items(), widths):
+        show(themes[0], width)
         tab.open("about:blank")  # else only the part after # would change
         tab.open(address)
         tab.until(ready)
         tab.value(f"{OPEN_DETAILS}; {script}; 0")
-        for theme, width in product(themes, widths):
+        for theme in themes:
             show(theme, width)
             tab.value(TWO_FRAMES)
             wrong = tab.value(RUN)
