@@ -11,6 +11,7 @@ from tests.player.browser import chromium
 pytestmark = pytest.mark.extra
 
 CARDS = "Boolean(document.querySelector('.gallery .card .thumb svg'))"
+TABLE = "Boolean(document.querySelector('table.rows tbody tr'))"
 LARGE = "Boolean(document.querySelector('dialog[open] .thumb svg'))"
 
 
@@ -26,9 +27,10 @@ def report(database_file, tmp_path_factory):
 def test_pages_are_accessible_and_fit_into_the_window(report, address, number, axe_script, tmp_path):
     pages = {
         report: CARDS,
+        f"{report}#q=n_foldings>=3&as=table": TABLE,
         f"{report}#id={number}": LARGE,
         f"{address}/designs?q=n_foldings>=3": CARDS,
-        f"{address}/designs?q=n_foldings>=3&as=table": "Boolean(document.querySelector('table.rows'))",
+        f"{address}/designs?q=n_foldings>=3&as=table": TABLE,
         f"{address}/designs?q=untwisted#id={number},{number - 1}": LARGE,
         f"{address}/designs/{number}": "Boolean(document.querySelector('.player > div'))",
     }
