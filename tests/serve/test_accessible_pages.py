@@ -11,6 +11,7 @@ from tests.player.browser import chromium
 pytestmark = pytest.mark.extra
 
 CARDS = "Boolean(document.querySelector('.gallery .card .thumb svg'))"
+PLAYER = "Boolean(document.querySelector('.player > div'))"
 TABLE = "Boolean(document.querySelector('table.rows tbody tr'))"
 LARGE = "Boolean(document.querySelector('dialog[open] .thumb svg'))"
 
@@ -32,7 +33,9 @@ def test_pages_are_accessible_and_fit_into_the_window(report, address, number, a
         f"{address}/designs?q=n_foldings>=3": CARDS,
         f"{address}/designs?q=n_foldings>=3&as=table": TABLE,
         f"{address}/designs?q=untwisted#id={number},{number - 1}": LARGE,
-        f"{address}/designs/{number}": "Boolean(document.querySelector('.player > div'))",
+        f"{address}/designs/{number}": PLAYER,
+        f"{address}/assemblies": "Boolean(document.querySelector('.gallery .thumb svg'))",
+        f"{address}/assemblies/element-6r": PLAYER,
     }
     with chromium(tmp_path / "profile") as tab:
         assert not faults(tab, pages, axe_script)
