@@ -36,7 +36,6 @@ def test_pages_are_accessible_and_fit_into_the_window(report, address, number, a
         f"{address}/assemblies": "Boolean(document.querySelector('.gallery .thumb svg'))",
         f"{address}/assemblies/element-6r": PLAYER,
     }
-    with chromium(
-        tmp_path / "profile", "--disable-3d-apis"
-    ) as tab:  # motions are drawn on a plain canvas, which is quick
+    # without WebGL, motions are drawn on a plain canvas, which is quick
+    with chromium(tmp_path / "profile", "--disable-3d-apis") as tab:
         assert not faults(tab, pages, axe_script)

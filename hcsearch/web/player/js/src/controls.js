@@ -8,7 +8,7 @@ export const SECONDS = 8; // that a motion takes to play
 const SPEEDS = [0.25, 0.5, 1, 2, 4];
 export const MODES = { stack: 'stack', panel: 'panel', nearest: 'nearest pair' };
 
-/** All elements of a player, not yet in a page; `does` : what each control calls. The last one : what is chosen. */
+/** All elements of a player, not yet in a page; `does` : what each control calls; after it, what is chosen at first. */
 export function controlsOf(motion, does, { mode, numbers, loop, exploded }) {
     const { payload } = motion;
     const keys =
