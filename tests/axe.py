@@ -1,86 +1,56 @@
-"""Accessibility of pages of a folder, by axe-core in Chromium: without it tests fail, they are not skipped."""
+"""Accessibility of pages in Chromium, by axe-core; the fixture `axe_script` of tests/conftest.py installs it."""
 
 import json
-import shutil
 import subprocess
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
-from queue import Queue
-from threading import Thread
+from itertools import product
 
-from tests.report.browser import QUIET
+from tests.player.browser import TWO_FRAMES
 
-# Each page is opened in a frame of each width, as the browser's own window is never narrower than 500 px.
-DRIVER = """<!doctype html><html lang="en"><title>axe</title><body><script>
-const left = (frame) => new Promise((resolve) => { frame.onload = resolve; });
-const check = async (page, theme, width) => {
-    const frame = document.createElement("iframe");
-    frame.width = width;
-    frame.height = 900;
-    frame.src = page;
-    document.body.append(frame);
-    await left(frame);
-    const { contentDocument: text, contentWindow: view } = frame;
-    text.documentElement.dataset.theme = theme;
-    const style = text.createElement("style");
-    style.textContent = "* { transition: none !important; }";  // colours are those at the end
-    text.head.append(style);
-    view.eval(AXE);
-    const { violations } = await view.axe.run(text);
+PACKAGE = "axe-core@4.11.0"
+HEIGHT = 900
+
+RUN = """(async () => {
+    const options = %s;
+    await Promise.all(document.getAnimations().map(({ finished }) => finished));  // colours are those at the end
+    const { violations } = await axe.run(document, { resultTypes: ["violations"], ...options });
     const found = violations.map(({ id, nodes }) => [id, nodes.map(({ html }) => html.slice(0, 200))]);
-    const wide = text.documentElement.scrollWidth > width ? [["wider than the window"]] : [];
-    frame.remove();
-    return [`${page} ${theme} ${width}`, [...found, ...wide]];
-};
-(async () => {
-    window.AXE = await (await fetch("/axe.js")).text();
-    const results = [];
-    try {
-        for (const words of WORDS) results.push(await check(...words));
-    } catch (error) {
-        results.push([String(error), [["error"]]]);
-    }
-    fetch("/results", { method: "POST", body: JSON.stringify(results) });
-})();
-</script></body></html>"""
+    const wide = document.documentElement.scrollWidth > innerWidth ? [["wider than the window"]] : [];
+    return [...found, ...wide];
+})()"""
+OPEN_DETAILS = "document.querySelectorAll('details').forEach((part) => { part.open = true; })"
 
 
-def faults(folder, pages, script, profile, themes=("light", "dark"), widths=(1400, 390)):
-    """Violations of rules by pages of a folder, by page, theme and width; pages scroll sideways if they are too wide.
+def install(folder):
+    """Install axe-core in a folder and return its script. Needs npm: without it tests fail, they are not skipped."""
+    words = ["npm", "install", "--no-audit", "--no-fund", "--silent", "--prefix", str(folder), PACKAGE]
+    subprocess.run(words, check=True, timeout=300)
+    return (folder / "node_modules" / "axe-core" / "axe.min.js").read_text(encoding="utf-8")
 
-    script : of axe-core. profile : an empty folder for the browser.
+
+def faults(tab, pages, script, themes=("light", "dark"), widths=(1400, 390)):
+    """Violations of rules by pages, by address, theme and width; pages scroll sideways if they are too wide.
+
+    tab : of `chromium`. pages : addresses, each with an expression that becomes true once its content is there.
     """
-    words = [[page, theme, width] for page in pages for theme in themes for width in widths]
-    results = Queue()
 
-    class Handler(SimpleHTTPRequestHandler):
-        def do_GET(self):
-            own = {"/axe.js": script, "/axe.html": DRIVER.replace("WORDS", json.dumps(words))}.get(self.path)
-            if own is None:
-                return super().do_GET()
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html; charset=utf-8")
-            self.end_headers()
-            return self.wfile.write(own.encode())
+    def show(theme, width):
+        media = {"prefers-color-scheme": theme, "prefers-reduced-motion": "reduce"}  # nothing plays, which is slow here
+        tab.call("Emulation.setEmulatedMedia", features=[{"name": name, "value": to} for name, to in media.items()])
+        size = {"width": width, "height": HEIGHT}
+        tab.call("Emulation.setDeviceMetricsOverride", **size, deviceScaleFactor=1, mobile=False)
 
-        def do_POST(self):
-            results.put(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
-            self.send_response(204)
-            self.end_headers()
-
-        def log_message(self, *_):
-            pass
-
-    program = shutil.which("chromium")
-    assert program, "chromium is not installed: apt-get install chromium"
-    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Handler, directory=folder)) as server:
-        Thread(target=server.serve_forever).start()
-        own = ["--remote-debugging-port=0", f"--user-data-dir={profile}", "--window-size=1500,1000"]
-        address = f"http://127.0.0.1:{server.server_port}/axe.html"
-        browser = subprocess.Popen([program, *QUIET, *own, address], stderr=subprocess.DEVNULL)
-        try:
-            return {name: found for name, found in results.get(timeout=300) if found}
-        finally:
-            browser.kill()
-            browser.wait()
-            server.shutdown()
+    found = {}
+    for (address, ready), width in product(pages.items(), widths):
+        show(themes[0], width)
+        tab.open("about:blank")  # else only the part after # would change
+        tab.open(address)
+        tab.until(ready)
+        tab.value(f"{OPEN_DETAILS}; {script}; 0")
+        for theme in themes:
+            show(theme, width)
+            tab.value(TWO_FRAMES)
+            rules = {} if theme == themes[0] else {"runOnly": ["color-contrast"]}  # themes differ in colours alone
+            wrong = tab.value(RUN % json.dumps(rules))
+            if wrong:
+                found[address, theme, width] = wrong
+    return found

@@ -9,6 +9,7 @@ os.environ.setdefault("NUMBA_OPT", "1")
 import sys
 
 import pytest
+from filelock import FileLock
 from hypothesis import settings
 
 from tests.faults.summary import pytest_terminal_summary
@@ -32,6 +33,18 @@ def _no_extras(request, monkeypatch):
     if request.node.get_closest_marker("extra") is None:
         for name in EXTRAS:
             monkeypatch.setitem(sys.modules, name, None)
+
+
+@pytest.fixture(scope="session")
+def axe_script(tmp_path_factory, worker_id):
+    """The script of axe-core, installed once for all workers."""
+    from tests.axe import install
+
+    base = tmp_path_factory.getbasetemp()
+    folder = (base if worker_id == "master" else base.parent) / "axe"
+    folder.mkdir(exist_ok=True)
+    with FileLock(folder / "lock"):
+        return install(folder)
 
 
 @pytest.fixture

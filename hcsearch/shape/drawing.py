@@ -8,7 +8,7 @@ shortest side of a panel, y downwards.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
 from itertools import pairwise
 from typing import Protocol
@@ -217,7 +217,7 @@ def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int |
     """Write a picture of an extent (width, height) in units.
 
     pixels : screen pixels to `DRAWING_SIDE_UNITS` units in a standalone picture, with its own size and the style of
-        each line; None where the page gives both.
+        each line, whose width stays as the picture is enlarged; None where the page gives both.
     """
     body = "".join(marks)
     head = f'role="img" viewBox="0 0 {extent[0]} {extent[1]}"'
@@ -225,9 +225,22 @@ def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int |
         width, height = (round(length * pixels / DRAWING_SIDE_UNITS) for length in extent)
         head = f'xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" {head}'
         for kind, look in DRAWING_STYLES.items():
-            attributes = " ".join(f'{name}="{value}"' for name, value in look.items())
+            scaled = _in_pixels(look, pixels / DRAWING_SIDE_UNITS)
+            attributes = " ".join(f'{name}="{value}"' for name, value in scaled.items())
             body = body.replace(f'class="{kind}"', f'class="{kind}" {attributes}')
     return f"<svg {head}><title>{escape(title)}</title>{body}</svg>"
+
+
+def _in_pixels(look: Mapping[str, str], scale: float) -> dict[str, str]:
+    """Return the style of lines with widths and dashes in pixels, which an enlarged picture keeps.
+
+    scale : pixels to a unit at the picture's own size. Outlines of texts grow with the texts.
+    """
+    if "stroke" not in look or "font-size" in look:
+        return dict(look)
+    lengths = {name: look[name].split() for name in ("stroke-width", "stroke-dasharray") if name in look}
+    scaled = {name: " ".join(f"{scale * float(value):.3g}" for value in values) for name, values in lengths.items()}
+    return {**look, **scaled, "vector-effect": "non-scaling-stroke"}
 
 
 def _by_steps(line: Sequence[DrawingPoint]) -> str:

@@ -100,6 +100,33 @@ def test_a_motion_plays_to_its_end_without_a_complaint_or_a_request(tab, tmp_pat
     assert tab.value("window.contexts.length") == 1
 
 
+def test_an_exploded_view_shows_what_lies_between_packed_panels_and_leaves_the_motion(tab, tmp_path):
+    show(tab, player_html(replay_of(FOLDING)), tmp_path)
+    box = f"[...{ROOT}.querySelectorAll('label')].find((one) => one.textContent === 'Exploded view').firstElementChild"
+    told = f"[{ROOT}.querySelector('.place').textContent, {ROOT}.querySelector('.tag').textContent]"
+
+    def toggled():
+        tab.value(f"{box}.focus()")
+        tab.press(" ", "Space", " ")
+        tab.value(TWO_FRAMES)
+        return picture(tab), tab.value(told)
+
+    def hinges(shot):
+        red, green, blue = (shot[..., k] for k in range(3))
+        return ((red > 0.6) & (green < 0.35) & (blue < 0.4)).sum() + ((blue > 0.7) & (red < 0.4) & (green < 0.6)).sum()
+
+    assert not tab.value(f"{box}.checked")
+    packed, words = picture(tab), tab.value(told)
+    apart, same_words = toggled()
+    assert hinges(apart) > 2 * hinges(packed)
+    assert same_words == words
+    for edge in (apart[0], apart[-1], apart[:, 0], apart[:, -1]):  # all of it is in the picture
+        assert not edge[..., 3].any()
+    again, _ = toggled()
+    assert differ(packed, again) == 0.0
+    assert tab.complaints == []
+
+
 def test_no_motion_begins_by_itself_for_who_prefers_less(tab, tmp_path):
     show(tab, player_html(replay_of(FOLDING)), tmp_path, still=True)
     before = picture(tab)

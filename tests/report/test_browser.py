@@ -1,6 +1,7 @@
 import json
 import random
 import re
+import shutil
 
 import pytest
 from matplotlib.image import imread
@@ -9,13 +10,16 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS
+from hcsearch.designs.records import FlightNumbers
+from hcsearch.designs.twisting import twist
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.shape.drawing import draw_circuit
-from hcsearch.store import open_readonly, select
+from hcsearch.store import open_database, open_readonly, select
 from hcsearch.web.report.data import fetch_report_data
 from hcsearch.web.report.page_files import render_report
 from hcsearch.web.report.script_data import grid_data, page_data
 from hcsearch.web.report.templating import joined_script
+from tests.judging import judge
 from tests.report.browser import chromium, complaints, driven
 
 pytestmark = pytest.mark.extra
@@ -229,6 +233,7 @@ WORDS = (
         "(SYMMETRY != 1)",
         "foldings",
     ),
+    *("fits=150x100x30", "fits!=30x100x150", "fits=3u", "fits", "fits<=3U", "fits=4U", "fits=0x1x1"),
     *("N>8", "status=nothing", "n=x", "n=", "n==8", "circuit=hex:0234550132", "id<=40"),
 )
 
@@ -241,7 +246,22 @@ def random_query(choose: random.Random, depth: int = 3) -> str:
     return choose.choice([joined, f"({joined})", f"not ({joined})", f"({joined}"[choose.random() < 0.9 :]])
 
 
-def test_the_box_understands_queries_as_the_database_does(database_file, tmp_path):
+@pytest.fixture
+def sized_file(database_file, tmp_path):
+    """The database, with stowed boxes of some designs."""
+    path = shutil.copy(database_file, tmp_path / "sized.sqlite")
+    boxes = [(0.15, 0.1, 0.03), (0.15, 0.1, 0.031), (0.1, 0.1, 0.3405), (0.1, 0.09, 0.02)]
+    sides = ("stowed_length", "stowed_width", "stowed_height")
+    flight = [FlightNumbers(**dict(zip(sides, box, strict=True))) for box in boxes]
+    with open_database(str(path), create=False) as database:
+        circuits = [row[0] for row in select(database, "untwisted", columns="circuit", limit=len(boxes)).rows]
+        creases = [next(f.crease for f in foldings(Circuit.from_notation(one)) if not twist(f)) for one in circuits]
+        judged = [(one, crease, "movable", None, None) for one, crease in zip(circuits, creases, strict=True)]
+        judge(database, judged, flight=flight[: len(judged)])
+    return path
+
+
+def test_the_box_understands_queries_as_the_database_does(sized_file, tmp_path):
     choose = random.Random(20)
     queries = [
         "",
@@ -256,7 +276,7 @@ def test_the_box_understands_queries_as_the_database_does(database_file, tmp_pat
         "n",
     ]
     queries = list(dict.fromkeys(queries))
-    with open_readonly(str(database_file)) as database:
+    with open_readonly(str(sized_file)) as database:
         given = {"data": page_data(fetch_report_data(database, "", limit=None, sort="id")), "queries": queries}
         expected = []
         for query in queries:
@@ -268,7 +288,7 @@ def test_the_box_understands_queries_as_the_database_does(database_file, tmp_pat
       const table = Table.read(given.data);
       try { return Conditions.selected(table, query).map((i) => table.designs.id[i]); } catch { return null; }
     })"""
-    chosen = run_modules(tmp_path, ("grammar", "nearest", "conditions", "table"), given, code)
+    chosen = run_modules(tmp_path, ("grammar", "nearest", "envelopes", "conditions", "table"), given, code)
     wrong = {query: (a, b) for query, a, b in zip(queries, chosen, expected, strict=True) if a != b}
     assert not wrong
     assert sum(ids is None for ids in expected) > 10

@@ -175,6 +175,24 @@ def test_a_standalone_picture_brings_its_look_and_an_inline_one_leaves_it_to_the
     assert all(f"svg .{kind} {{" in stylesheet() for kind in DRAWING_STYLES)
 
 
+@given(circuits)
+def test_lines_of_a_standalone_picture_are_as_wide_as_before_at_its_own_size_and_do_not_grow(circuit):
+    assignment = next((folding.assignment for folding in foldings(circuit)), None)
+    root = ET.fromstring(draw(circuit, assignment, numbers=True))
+    scale = float(root.get("width")) / float(root.get("viewBox").split()[2])
+    lines = [path for path in root.iter() if path.tag.endswith("path")]
+    assert lines
+    for path in lines:
+        look = DRAWING_STYLES[path.get("class")]
+        assert path.get("vector-effect") == "non-scaling-stroke"
+        assert float(path.get("stroke-width")) == pytest.approx(scale * float(look["stroke-width"]), rel=0.02)
+        dashes = [float(dash) for dash in path.get("stroke-dasharray", "").split()]
+        wanted = [scale * float(dash) for dash in look.get("stroke-dasharray", "").split()]
+        assert dashes == pytest.approx(wanted, rel=0.02)
+    (numbers,) = [group for group in root.iter() if group.get("class") == "numbers"]
+    assert numbers.get("vector-effect") is None  # the rim of a text grows with it
+
+
 def test_the_title_is_escaped_and_never_restyled():
     title = '</title><script>x</script> class="panel" & "'
     for standalone in (True, False):

@@ -129,6 +129,53 @@ def test_arrow_keys_go_on_and_back_leaves_the_large_view(tab, page):
     assert tab.complaints == []
 
 
+def test_the_table_sorts_by_its_heads_and_opens_designs(tab, page, data):
+    show(tab, f"{page}#q=untwisted&columns=dof&as=table")
+    rows = "[...document.querySelectorAll('.rows tbody tr')]"
+    heads = "[...document.querySelectorAll('.rows thead th')].map((head) => head.dataset.name || '')"
+    assert tab.value(heads) == ["", "id", "status", "dof", "circuit", "array"]
+    assert not tab.value("document.querySelector('.gallery .card')")
+    fitting = [design for design in data.designs if design["untwisted"]]
+    dofs = {design["id"]: design["dof"] for design in fitting}
+    by_dof = sorted(dofs, key=lambda one: (dofs[one], one))
+    click = "document.querySelector('.rows [data-sort={}]').click()"
+    for name, sort, wanted in (
+        ("dof", "dof", by_dof),  # fewer degrees of freedom are better
+        ("dof", "-dof", sorted(dofs, key=lambda one: (-dofs[one], one))),
+        ("id", "id", sorted(dofs)),
+    ):
+        tab.value(click.format(name))
+        assert ids(tab, ".rows tbody th") == wanted
+        assert place(tab) == {"q": "untwisted", "sort": sort, "columns": "dof", "as": "table"}
+        ends = "[...document.querySelectorAll('[aria-sort]')].map((head) => [head.dataset.name, head.ariaSort])"
+        assert tab.value(ends) == [[name, "descending" if sort.startswith("-") else "ascending"]]
+    tab.value(f"{rows}[1].cells[3].click()")
+    assert ids(tab, "dialog h3") == [sorted(dofs)[1]]
+    tab.value("document.querySelector('dialog .close').click()")
+    tab.until("!document.querySelector('dialog').open && !location.hash.includes('&id=')")
+    tab.value("document.querySelector('.rows tbody th button').focus()")
+    tab.press("Enter", text="\r")
+    assert ids(tab, "dialog h3") == [sorted(dofs)[0]]
+    tab.value("document.querySelector('dialog .close').click()")
+    tab.until("!document.querySelector('dialog').open && !location.hash.includes('&id=')")
+    assert tab.value("document.activeElement.dataset.design") == tab.value(f"{rows}[0].dataset.index")
+    tab.value("document.querySelector('.rows [name=pick]').click()")
+    tab.value("document.getElementById('shape').value = 'cards'")
+    tab.value("document.getElementById('shape').dispatchEvent(new Event('input'))")
+    assert ids(tab)[0] == sorted(dofs)[0]
+    assert tab.value("document.querySelector('.gallery [name=pick]').checked")
+    assert place(tab) == {"q": "untwisted", "sort": "id", "columns": "dof", "compare": str(sorted(dofs)[0])}
+    assert tab.complaints == []
+
+
+def test_more_rows_of_the_table_come_as_its_end_comes_near(tab, page, data):
+    show(tab, f"{page}#as=table")
+    count = "document.querySelectorAll('.rows tbody tr').length"
+    assert tab.value(count) < len(data.designs)
+    tab.value("scrollTo(0, document.body.scrollHeight)")
+    tab.until(f"{count} === {len(data.designs)}")
+
+
 def test_picked_designs_are_compared_side_by_side(tab, page, data, number):
     symmetry = {design["id"]: design["symmetry"] for design in data.designs}
     other = next(one for one in symmetry if symmetry[one] != symmetry[number])

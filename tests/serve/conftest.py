@@ -1,5 +1,7 @@
 """A database of ten hexagons with verdicts that nobody computed, in two scenes, and an application on it."""
 
+import threading
+
 import pytest
 
 from hcsearch.designs.grid import GRIDS
@@ -40,3 +42,14 @@ def asking(database_file):
         application = Application(database, str(database_file))
         yield Asking(application)
         application.close()
+
+
+@pytest.fixture(scope="module")
+def address(asking):
+    """Where the application answers browsers."""
+    from waitress import create_server
+
+    server = create_server(asking.application, host="127.0.0.1", port=0)
+    threading.Thread(target=server.run, daemon=True).start()
+    yield f"http://127.0.0.1:{server.effective_port}"
+    server.close()

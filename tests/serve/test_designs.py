@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from hcsearch.designs.grid import GRIDS
+from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import find_circuit, open_database, open_readonly
@@ -35,6 +36,27 @@ def test_the_page_of_a_design_plays_its_motion_and_names_its_files(asking, numbe
     assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
     files = re.findall(f'href="(/designs/{number}/foldings/1/export[^"]*)"', answer.text)
     assert {Path(file).suffix for file in files} >= {".fold", ".glb", ".stl", ".urdf"}
+
+
+def test_the_list_of_assemblies_leads_to_a_page_of_each(asking):
+    assert 'href="/assemblies"' in asking("/designs").text
+    page = asking("/assemblies")
+    assert page.status == 200
+    addresses = re.findall(r'href="(/assemblies/[^"]*)"', page.text)
+    assert addresses == [f"/assemblies/{name}" for name in ASSEMBLIES]
+    assert page.text.count("<svg") == len(ASSEMBLIES)
+    answer = asking("/assemblies/element-6r")
+    assert (answer.status, data_of(answer.text)[0]["title"]) == (200, "element-6r")
+    assert 'href="/assemblies"' in answer.text
+    assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
+
+
+@pytest.mark.parametrize("name", ["unit-iv", "..", "<b>"])
+def test_an_assembly_that_is_not_there_is_named(asking, name):
+    assert "they have none" in asking("/assemblies?q=unit").text
+    answer = asking(f"/assemblies/{name}")
+    assert (answer.status, "<b>" in answer.text) == (404, False)
+    assert name != "unit-iv" or "no assembly &#39;unit-iv&#39;: choose one of those at /assemblies" in answer.text
 
 
 @pytest.mark.parametrize("below", ["", "/export.g6", "/foldings/1/export.fold", "/foldings/1/motion.json"])

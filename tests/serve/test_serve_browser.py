@@ -1,7 +1,6 @@
 """The pages in a real browser, as a reader goes through them."""
 
 import json
-import threading
 
 import pytest
 
@@ -12,16 +11,6 @@ pytestmark = pytest.mark.extra
 PLAYER = "document.querySelector('.player > div').shadowRoot"
 
 DIALOG_PLAYER = "document.querySelector('dialog .player')?.firstElementChild?.shadowRoot"
-
-
-@pytest.fixture
-def address(asking):
-    from waitress import create_server
-
-    server = create_server(asking.application, host="127.0.0.1", port=0)
-    threading.Thread(target=server.run, daemon=True).start()
-    yield f"http://127.0.0.1:{server.effective_port}"
-    server.close()
 
 
 def test_filter_sort_open_play_and_download(address, number, tmp_path):

@@ -37,6 +37,7 @@ class AssemblyData:
     """The content of the page. meta : what the results depend on. sentence : what it is, and whether springs open it.
 
     picture : its flat pattern as SVG. commands : that print or draw more, each with what it does.
+    links : (words, address) of neighbouring pages.
     """
 
     title: str
@@ -46,6 +47,7 @@ class AssemblyData:
     motions: Sequence[ShownMotion]
     facts: AssemblyFacts
     commands: Sequence[tuple[str, str]]
+    links: Sequence[tuple[str, str]] = ()
 
 
 def fetch_assembly_data(name: str, case: Case, option: str = "") -> AssemblyData:

@@ -122,7 +122,17 @@ CARD_SCRIPT_MODULES = (
     *("scale", "front", "scatter", "plotting", "copy"),
 )
 """Modules of the script that draw designs, for the server too, each after those that it uses."""
-SCRIPT_MODULES = (*CARD_SCRIPT_MODULES, "grammar", "nearest", "conditions", "facets", "gallery", "main")
+SCRIPT_MODULES = (
+    *CARD_SCRIPT_MODULES,
+    "grammar",
+    "nearest",
+    "envelopes",
+    "conditions",
+    "facets",
+    "gallery",
+    "rows",
+    "main",
+)
 """Modules of the script, each after those that it uses."""
 
 

@@ -11,6 +11,7 @@ from hcsearch.cases.names import deployment_scene_name
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, Grid
 from hcsearch.designs.grid.step_names import reading_frames
+from hcsearch.scenes.envelopes import envelope_catalogue
 from hcsearch.shape.drawing import drawn_size, shortest_side
 from hcsearch.store.columns import FOLDING_QUANTITIES, Quantity
 from hcsearch.web.report.data import ReportData, ViewRow
@@ -65,6 +66,7 @@ def page_data(data: ReportData) -> dict[str, Any]:
         "size": data.size,
         "grids": {name: grid_data(grid) for name, grid in GRIDS.items() if name in names},
         "statuses": list(DESIGN_STATUSES),
+        "envelopes": envelope_catalogue(),
         "card_heads": list(CARD_HEADS),
         "card_columns": list(CARD_COLUMNS),
         "quantities": [describe_quantity(quantity) for quantity in data.columns],

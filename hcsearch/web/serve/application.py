@@ -9,6 +9,7 @@
 | `/designs/ID/export.ENDING` | an export of its array |
 | `/designs/ID/foldings/CREASE/export.ENDING` | an export of a folding |
 | `/designs/ID/foldings/CREASE/motion.json` | the stored path of a folding, as data of the player |
+| `/assemblies`, `/assemblies/NAME` | the known assemblies, the page of one |
 """
 
 from __future__ import annotations
@@ -26,10 +27,12 @@ from werkzeug.wrappers import Request, Response
 from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.cases.names import design_named
 from hcsearch.designs.circuit import Circuit
+from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.serve import jobs
+from hcsearch.web.serve.assembly_list import render_assembly_list
 from hcsearch.web.serve.downloads import MEDIA_TYPES, ResultStreams, asks_for_few_rows, read_export, text_of_few_rows
 from hcsearch.web.serve.jobs import BusyError, ComputingPool
 from hcsearch.web.serve.listing import RowCounts, order_of_list, render_list
@@ -49,7 +52,7 @@ from hcsearch.web.serve.template_pages import render_page, static_files
 
 
 class MissingError(HcsearchError):
-    """The object of an address is not in the database."""
+    """There is no object of this name."""
 
 
 _VIEWS = f"<any({', '.join(VIEWS)}):view>"
@@ -67,6 +70,8 @@ ROUTES = Map(
         Rule("/designs/<int:number>/export.<ending>", endpoint="export"),
         Rule("/designs/<int:number>/foldings/<int:crease>/export.<ending>", endpoint="export"),
         Rule("/designs/<int:number>/foldings/<int:crease>/motion.json", endpoint="motion"),
+        Rule("/assemblies", endpoint="assemblies"),
+        Rule("/assemblies/<name>", endpoint="assembly"),
         Rule("/static/<version>/<name>", endpoint="static"),
     ],
     strict_slashes=False,
@@ -158,6 +163,17 @@ class Application:
             raise MissingError(f"the database has no path of folding {crease} of design {number} in the scene {scene}")
         text = self._computed(jobs.stored_motion_json, circuit, number, crease, scene)
         return Response(text, mimetype="application/json")
+
+    def _assemblies(self, request: Request) -> Response:
+        read_parameters(_pairs(request), {})
+        return Response(render_assembly_list(), mimetype="text/html")
+
+    def _assembly(self, request: Request, name: str) -> Response:
+        read_parameters(_pairs(request), {})
+        if name not in ASSEMBLIES:
+            raise MissingError(f"no assembly {name!r}: choose one of those at /assemblies")
+        text = self._computed(jobs.assembly_page, name)
+        return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAME_POLICY})
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
         form, settings, motion, scene_parameter = read_export(ending, _pairs(request))

@@ -62,6 +62,15 @@ def stored_design_page(db: str, circuit: Circuit, number: int, scene: str, scene
     return render_design(replace(data, links=links, exports=exports))
 
 
+def assembly_page(db: str, name: str) -> str:
+    """Return the page of an assembly in the scene `default`."""
+    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - the engine
+    from hcsearch.web.report.assembly_page import fetch_assembly_data, render_assembly  # noqa: PLC0415 - the engine
+
+    data = fetch_assembly_data(name, resolve(name, db))
+    return render_assembly(replace(data, links=[("all assemblies", "/assemblies")]))
+
+
 def stored_motion_json(db: str, circuit: Circuit, number: int, crease: int, scene: str) -> str:
     """Return the stored path of a folding in a scene as data of the player."""
     from hcsearch.web.player import motion_json  # noqa: PLC0415 - the engine

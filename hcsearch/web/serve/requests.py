@@ -97,7 +97,9 @@ def read_parameters(pairs: Sequence[tuple[str, str]], max_lengths: Mapping[str, 
     values: dict[str, str] = {}
     for name, value in pairs:
         if name not in max_lengths:
-            raise AddressError(f"addresses here have no parameter {name!r}: they have {', '.join(max_lengths)}")
+            raise AddressError(
+                f"addresses here have no parameter {name!r}: they have {', '.join(max_lengths) or 'none'}"
+            )
         if name in values:
             raise AddressError(f"the parameter {name} is given twice: give it once")
         if len(value) > max_lengths[name]:

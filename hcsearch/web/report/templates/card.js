@@ -59,5 +59,5 @@ const Card = (() => {
     chosen.set(table.foldings.design[row], table.foldings.crease[row]);
   }
 
-  return { make, fill, choose, drawn };
+  return { make, fill, choose, drawn, pick };
 })();

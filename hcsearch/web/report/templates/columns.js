@@ -1,4 +1,4 @@
-// The numbers that cards show, and the choice of them.
+// The numbers that cards and tables show, and the choice of them.
 const Columns = (() => {
   const { element } = Parts;
   let chosen = new Set();
@@ -16,10 +16,12 @@ const Columns = (() => {
     return usual ? "" : [...chosen].join(",");
   }
 
-  // Check boxes for the columns that hold anything.
+  // The columns that can be chosen: those that hold anything.
+  const offered = (table) => table.quantities.filter(({ name }) => !table.card_heads.includes(name) && table.designs[name].some((value) => value !== null));
+
+  // A check box for each.
   function fill(table, place) {
-    const known = table.quantities.filter(({ name }) => !table.card_heads.includes(name) && table.designs[name].some((value) => value !== null));
-    place.replaceChildren(...known.map(({ name, label, note }) => element("label", { title: note },
+    place.replaceChildren(...offered(table).map(({ name, label, note }) => element("label", { title: note },
       element("input", { type: "checkbox", name: "column", value: name }), ` ${label}`)));
   }
 
@@ -35,5 +37,5 @@ const Columns = (() => {
     }
   }
 
-  return { shown, choose, names, fill, check, take };
+  return { shown, choose, names, offered, fill, check, take };
 })();

@@ -11,6 +11,7 @@ const Conditions = (() => {
   };
 
   function compared(table, { name, sign, value, text }) {
+    if (name === Envelopes.NAME) return Envelopes.fitted(table, { sign, value, text });
     const quantity = table.quantity(name);
     if (!quantity) {
       const hint = Nearest.hint(name, table.quantities.map((one) => one.name));
@@ -51,6 +52,7 @@ const Conditions = (() => {
     }
     if (tree.kind === "number") return (i) => table.designs.id[i] === tree.value;
     if (tree.kind === "text") {
+      if (tree.value === Envelopes.NAME) return Envelopes.fitted(table, { text: tree.value });
       if (table.quantity(tree.value) || /^[<>=!]/.test(tree.value)) {
         throw new Error(`“${tree.value}” alone is no condition: compare it, as in dof<=6`);
       }

@@ -45,7 +45,7 @@ const Gallery = (() => {
     }
 
     function update() {
-      if (printing) return;
+      if (printing || list.hidden) return;
       const gap = parseFloat(getComputedStyle(list).rowGap) || 0, step = height + gap;
       const rows = Math.ceil(order.length / columns), box = list.getBoundingClientRect();
       const from = Math.max(0, Math.min(rows - 1, Math.floor(-box.top / step) - AHEAD));
@@ -67,7 +67,7 @@ const Gallery = (() => {
 
     // Again where the cards themselves brought a scroll bar that takes from the width.
     function layout() {
-      for (let width = 0, tries = 0; !printing && tries < 2 && list.clientWidth !== width; tries++) {
+      for (let width = 0, tries = 0; !printing && !list.hidden && tries < 2 && list.clientWidth !== width; tries++) {
         width = list.clientWidth;
         measure();
         update();
@@ -91,7 +91,7 @@ const Gallery = (() => {
 
     addEventListener("scroll", update, { passive: true });
     addEventListener("resize", resized);
-    return { show, layout, refresh, print, count: () => order.length };
+    return { show, layout, refresh, print };
   }
 
   return { open };

@@ -1,12 +1,18 @@
 const table = Table.read(JSON.parse(document.getElementById("data").textContent));
 const byId = (name) => document.getElementById(name);
-const [tools, find, state, large, column, direction, facets, chooser] = [
-  "tools", "find", "state", "large", "column", "direction", "facets", "columns"].map(byId);
-const gallery = Gallery.open(table, byId("gallery"));
+const [tools, find, state, large, column, direction, shape, facets, chooser] = [
+  "tools", "find", "state", "large", "column", "direction", "shape", "facets", "columns"].map(byId);
 const grouped = (count) => count.toLocaleString("en");
 let sort = "", chosen = {}, shown = [];
 
-const dialog = Dialog.listen(table, byId("gallery"), large, { refresh: (i) => gallery.refresh(i), order: () => shown });
+const places = { cards: byId("gallery"), table: byId("rows") };
+const refresh = (i) => view().refresh(i);
+const dialog = Dialog.listen(table, byId("gallery"), large, { refresh, order: () => shown });
+const views = {
+  cards: Gallery.open(table, places.cards),
+  table: Rows.open(table, places.table, sortBy, (i) => dialog.open([i])),
+};
+const view = () => views[shape.value];
 const numbers = Table.sortable(table);
 const plot = Plotting.listen(byId("scatter"), numbers.filter(({ name, kind }) => name !== "id" && kind !== "boolean"), points,
   (designs) => dialog.open([designs[0]], designs));
@@ -31,7 +37,7 @@ function select() {
   byId("wrong").textContent = "";
   Facets.show(table, facets, fitting, chosen);
   shown = Table.sorted(table, fitting.filter((i) => Facets.fits(table, chosen, i)), sort);
-  gallery.show(shown);
+  view().show(shown, sort);
   state.textContent = `${grouped(shown.length)} of ${grouped(table.total)} designs`;
   byId("none").hidden = shown.length > 0;
   plot.draw();
@@ -44,9 +50,28 @@ function direct() {
   direction.setAttribute("aria-label", words[Number(down)]);
 }
 
+function sortBy(order) {
+  sort = order;
+  column.value = sort.replace("-", "");
+  direct();
+  select();
+  remember();
+}
+
+// As cards or as a table.
+function arrange() {
+  for (const [name, place] of Object.entries(places)) place.hidden = name !== shape.value;
+  const name = shape.value === "table" ? "Columns" : "Numbers on the cards";
+  chooser.setAttribute("aria-label", name);
+  chooser.previousElementSibling.textContent = name;
+  view().show(shown, sort);
+  view().layout();
+}
+
 function remember() {
   const values = Object.fromEntries(Facets.NAMES.map((name) => [name, (chosen[name] || []).join(",")]));
-  Address.replace({ ...values, q: find.value, sort, columns: Columns.names(table) });
+  Address.replace({ ...values, q: find.value, sort, columns: Columns.names(table),
+    as: shape.value === "table" ? "table" : "" });
 }
 
 // What the address says.
@@ -60,23 +85,17 @@ function follow() {
   Columns.check(chooser);
   plot.follow();
   direct();
+  const as = told.as === "table" ? "table" : "cards", same = as === shape.value;
+  shape.value = as;
   select();
+  if (!same) arrange();
 }
 
 tools.addEventListener("submit", (event) => event.preventDefault());
 find.addEventListener("input", () => { select(); remember(); });
-column.addEventListener("input", () => {
-  sort = column.value && Table.betterFirst(table.quantity(column.value));
-  direct();
-  select();
-  remember();
-});
-direction.addEventListener("click", () => {
-  sort = sort.startsWith("-") ? sort.slice(1) : `-${sort}`;
-  direct();
-  select();
-  remember();
-});
+column.addEventListener("input", () => sortBy(column.value && Table.betterFirst(table.quantity(column.value))));
+direction.addEventListener("click", () => sortBy(sort.startsWith("-") ? sort.slice(1) : `-${sort}`));
+shape.addEventListener("input", () => { arrange(); remember(); });
 facets.addEventListener("click", (event) => {
   const button = event.target.closest("[data-facet]");
   if (!button) return;
@@ -86,7 +105,7 @@ facets.addEventListener("click", (event) => {
 });
 chooser.addEventListener("change", () => {
   Columns.take(chooser);
-  gallery.layout();
+  view().layout();
   remember();
 });
 addEventListener("popstate", follow);
@@ -94,19 +113,19 @@ const folded = byId("numbers");
 let opened = false;
 addEventListener("beforeprint", () => {
   [opened, folded.open] = [folded.open, true];
-  const printed = gallery.print(true);
-  byId("printed").textContent = printed < gallery.count() ? `The first ${grouped(printed)} of ${grouped(gallery.count())} designs are printed.` : "";
+  const printed = view().print(true);
+  byId("printed").textContent = printed < shown.length ? `The first ${grouped(printed)} of ${grouped(shown.length)} designs are printed.` : "";
 });
 addEventListener("afterprint", () => {
   folded.open = opened;
-  gallery.print(false);
+  view().print(false);
 });
 
 column.append(...numbers.map(({ name, label, note }) => Parts.element("option", { value: name, title: note }, label)));
 Columns.fill(table, chooser);
 tools.hidden = false;
 follow();
-Compare.listen(table, byId("gallery"), byId("compare"), dialog, (i) => gallery.refresh(i));
-gallery.layout();
+Compare.listen(table, byId("listed"), byId("compare"), dialog, refresh);
+arrange();
 if (table.count) First.show(table, table.first, byId("first"));
 dialog.follow();

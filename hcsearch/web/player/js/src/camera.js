@@ -12,8 +12,9 @@ const ASLANT = 0.42;
 
 export class View {
     constructor(motion, solids) {
+        this.motion = motion;
         this.solids = solids;
-        this.points = extremes(motion, solids);
+        this.fit((at) => motion.posesAt(at));
         this.along = longSide(solids);
         const turn = this.along - Math.PI / 2;
         this.home = { turn: turn - ASLANT, lift: 0.72 };
@@ -23,6 +24,11 @@ export class View {
             side: { turn: this.along, lift: 0 },
         };
         this.reset();
+    }
+
+    /** Frame all states of the motion in these poses. */
+    fit(posesAt) {
+        this.points = extremes(this.motion, this.solids, posesAt);
     }
 
     /** Look from above, or along or across the long side of the flat array; the zoom and the shift are reset. */
@@ -125,14 +131,14 @@ function middleOf(poses, solids) {
 }
 
 /** Points of the motion that lie farthest out in some direction, from the middle of the panels. */
-function extremes(motion, solids) {
+function extremes(motion, solids, posesAt) {
     const thickness = motion.payload.unit * motion.payload.thickness;
     const corners = solids.flatMap(({ panel, points }) =>
         points.flatMap(([x, y]) => [0, thickness].map((z) => [panel, x, y, z])),
     );
     const points = new Float64Array(3 * corners.length * (STATES + 1));
     for (let k = 0, to = 0; k <= STATES; k++) {
-        const poses = motion.posesAt(motion.begin + (k / STATES) * (motion.end - motion.begin));
+        const poses = posesAt(motion.begin + (k / STATES) * (motion.end - motion.begin));
         const centre = middleOf(poses, solids);
         for (const [panel, x, y, z] of corners) {
             move(poses, 12 * panel, x, y, z, points, to);

@@ -8,8 +8,8 @@ export const SECONDS = 8; // that a motion takes to play
 const SPEEDS = [0.25, 0.5, 1, 2, 4];
 export const MODES = { stack: 'stack', panel: 'panel', nearest: 'nearest pair' };
 
-/** All elements of a player, not yet in a page; `does` : what each control calls. */
-export function controlsOf(motion, does, { colour, numbers, loop }) {
+/** All elements of a player, not yet in a page; `does` : what each control calls; after it, what is chosen at first. */
+export function controlsOf(motion, does, { mode, numbers, loop, exploded }) {
     const { payload } = motion;
     const keys =
         'Drag to turn, with Shift or two fingers to shift, pinch or scroll to zoom. Space plays, arrow keys step, with Shift they turn the picture, ' +
@@ -60,7 +60,7 @@ export function controlsOf(motion, does, { colour, numbers, loop }) {
         (x) => does.speed(Number(x)),
     );
     const modes = Object.entries(MODES).filter(([name]) => name !== 'stack' || payload.stack);
-    const [colours, colourings] = choice('Colour by', modes, colour, does.colour);
+    const [colours, colourings] = choice('Colour by', modes, mode, does.colour);
     const check = (label, checked, act) => {
         const box = element('input', { type: 'checkbox', checked, onchange: () => act(box.checked) });
         return element('label', {}, box, label);
@@ -88,6 +88,7 @@ export function controlsOf(motion, does, { colour, numbers, loop }) {
         check('Loop', loop, does.loop),
         colours,
         check('Panel numbers', numbers, does.numbers),
+        check('Exploded view', exploded, does.explode),
         looks,
         saving,
     );

@@ -1,14 +1,15 @@
 // The folding player: hcsearchPlayer.mount(element, payload, options) shows a motion in an element.
 //
 // Options: colour ('stack', 'panel' or 'nearest'), numbers (whether panels have theirs), autoplay (unless the reader
-// prefers less motion), loop (whether it begins again at its end), at (where it starts), theme ('light', 'dark', or
-// 'auto'), fill (whether the picture takes the height that is left in the element), moved (called with each place that
-// is drawn), pointed (called with the panel under the pointer, or null).
+// prefers less motion), loop (whether it begins again at its end), exploded (whether panels are drawn apart), at (where
+// it starts), theme ('light', 'dark', or 'auto'), fill (whether the picture takes the height that is left in the
+// element), moved (called with each place that is drawn), pointed (called with the panel under the pointer, or null).
 
 import { View } from './camera.js';
 import { facetColours } from './colours.js';
 import { controlsOf, MODES, SECONDS } from './controls.js';
 import { element } from './dom.js';
+import { explodedView } from './exploded.js';
 import { gestures } from './gestures.js';
 import { markHinges } from './marks.js';
 import { Motion } from './motion.js';
@@ -31,6 +32,7 @@ function mount(place, payload, options = {}) {
     const solids = solidsOf(motion.payload);
     const labels = facetLabels(motion.payload, solids);
     const view = new View(motion, solids);
+    const explode = explodedView(motion, solids);
     const dark = matchMedia('(prefers-color-scheme: dark)');
     const calm = matchMedia('(prefers-reduced-motion: reduce)').matches;
     const state = {
@@ -39,6 +41,7 @@ function mount(place, payload, options = {}) {
         mode: options.colour ?? (motion.payload.stack ? 'stack' : 'panel'),
         numbers: options.numbers ?? false,
         loop: options.loop ?? false,
+        exploded: options.exploded ?? false,
         marked: { panels: [], hinges: [] },
     };
     let painter = null;
@@ -49,6 +52,7 @@ function mount(place, payload, options = {}) {
     let gone = false;
 
     const length = motion.end - motion.begin;
+    const posesAt = (at) => (state.exploded ? explode(motion.posesAt(at)) : motion.posesAt(at));
     const within = (at) => Math.min(motion.end, Math.max(motion.begin, at));
     const does = {
         toggle: () => (playing === handle ? handle.pause() : handle.play()),
@@ -59,13 +63,17 @@ function mount(place, payload, options = {}) {
         colour: (mode) => handle.colourBy(mode),
         numbers: (shown) => redraw({ numbers: shown }),
         loop: (again) => redraw({ loop: again }),
+        explode: (apart) => {
+            redraw({ exploded: apart });
+            view.fit(posesAt);
+        },
         save,
         look: (name) => {
             view.look(name);
             redraw();
         },
         point: (across, upwards) => {
-            const poses = motion.posesAt(state.at);
+            const poses = posesAt(state.at);
             const { clientWidth, clientHeight } = controls.stage;
             const seen = { poses, frame: view.frame(clientWidth / clientHeight, poses) };
             const thickness = motion.payload.unit * motion.payload.thickness;
@@ -89,7 +97,8 @@ function mount(place, payload, options = {}) {
             redraw();
         },
     };
-    const controls = controlsOf(motion, does, { colour: state.mode, numbers: state.numbers, loop: state.loop });
+    const controls = controlsOf(motion, does, state);
+    view.fit(posesAt);
     gestures(controls.stage, controls.root, does);
     controls.root.classList.toggle('fill', options.fill ?? false);
     const host = element('div', { className: options.fill ? 'fill' : '' });
@@ -128,7 +137,7 @@ function mount(place, payload, options = {}) {
         if (mode === 'nearest') motion.nearestAt(at).pair?.forEach((panel) => marked.set(panel, 'near'));
         if (collision && at >= collision[0]) collision.slice(1).forEach((panel) => marked.set(panel, 'clash'));
         const shade = look.theme ?? theme();
-        const poses = motion.posesAt(at);
+        const poses = posesAt(at);
         const seen = { poses, frame: view.frame(width / height, poses), theme: shade };
         const context = canvas.getContext('2d');
         const colours = facetColours(motion.payload, mode, shade, marked);
