@@ -12,24 +12,25 @@ from hcsearch.web.report.lead_sentences import PANEL_WORDS
 class ShownPicture:
     """A picture of the gallery.
 
-    file : its name. title : the head of its column. command : what makes it, without `--output`; of a drawing, what
-    prints the same design. sentence : what it shows.
+    file : its name. title : the head of its column. command : what makes it, without the file; of a drawing, what
+    prints the same design. sentence : what it shows. option : that of the command to which the file belongs.
     """
 
     file: str
     title: str
     command: str
     sentence: str = ""
+    option: str = "--output"
 
     @property
     def is_exported(self) -> bool:
         """Whether the command writes the picture."""
-        return self.command.startswith("hcsearch export ")
+        return not self.command.startswith("hcsearch show ")
 
     @property
     def whole_command(self) -> str:
         """The command as a user types it."""
-        return f"{self.command} --output {self.file}" if self.is_exported else self.command
+        return f"{self.command} {self.option} {self.file}" if self.is_exported else self.command
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,21 @@ OTHER_PICTURES = (
         "worked-array.svg",
         "An array of 6 m2",
         f"hcsearch export rectangle:12333011:3 --panel 1000x750x20 --motion springs {_ANIMATION}",
+    ),
+    *(
+        ShownPicture(
+            f"half-open-{size}.png",
+            f"Panels of {size} mm",
+            f"hcsearch export hex:02234400:1 --panel {size} --motion springs --format png --state 0.5",
+        )
+        for size in ("50x6", "1000x20")
+    ),
+    ShownPicture("drive.svg", "A drive", "hcsearch drive hex:0234435011:1", option="--picture"),
+    ShownPicture("motion-unit-ii.svg", "A motion", "hcsearch motion unit-ii", option="--picture"),
+    ShownPicture(
+        "flight-array.svg",
+        "An array of twenty squares",
+        f"hcsearch export square:01223321123330000121:3 --panel 300x300x12 --motion path {_ANIMATION}",
     ),
 )
 """Pictures of other pages than the gallery."""
