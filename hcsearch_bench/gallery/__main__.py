@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from hcsearch.cli import hcsearch
+from hcsearch_bench.gallery.compression import compress_picture
 from hcsearch_bench.gallery.drawings import drawings
 from hcsearch_bench.gallery.page import GALLERY_FOLDER, gallery_page
 from hcsearch_bench.gallery.screenshots import write_screenshots
@@ -29,7 +30,11 @@ def write_gallery(docs: Path) -> None:
 def export_picture(shown: ShownPicture, folder: Path) -> None:
     """Run the command of a picture, with its file in a folder."""
     words = shlex.split(shown.command)[1:]
-    hcsearch.main([*words, shown.option, str(folder / shown.file)], standalone_mode=False)
+    written = folder / shown.written
+    hcsearch.main([*words, shown.option, str(written)], standalone_mode=False)
+    if shown.written != shown.file:
+        compress_picture(written, folder / shown.file, lossless=True)
+        written.unlink()
 
 
 if __name__ == "__main__":

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from PIL import Image
-
 from hcsearch.api.replaying import replay
 from hcsearch.web.player import motion_json, player_script
+from hcsearch_bench.gallery.compression import compress_picture
 
 _DATABASE = "hexagons.sqlite"
 _FLIGHT_SCENE = "solar.toml"
@@ -32,10 +31,8 @@ _PLAYED = "hex:0234550132:4"
 _CHROMIUM = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--hide-scrollbars"),
     # nothing moves by itself, so that every run makes the same picture
-    *("--force-prefers-reduced-motion", "--virtual-time-budget=6000"),
+    *("--force-prefers-reduced-motion", "--virtual-time-budget=20000"),
 )
-_QUALITY = 55
-"""Of the lossy compression of WebP: text stays sharp, and the largest picture has 80 kB."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +49,11 @@ class Screenshot:
     share: float | None = None
 
 
+_COLUMNS = "id,circuit,symmetry,dof,needed_margin,status"
 SCREENSHOTS = (
     Screenshot("report.webp", "report.html", (1000, 1160), 0.7),
     Screenshot("design-page.webp", "design.html", (1000, 1180), 0.5),
-    Screenshot("server.webp", "/designs?q=untwisted&status=movable", (1000, 1180)),
+    Screenshot("server.webp", f"/designs?q=symmetry>1&status=deploys,movable&as=table&columns={_COLUMNS}", (1000, 780)),
     Screenshot("player.webp", "player.html", (760, 560)),
     Screenshot("flight-sheet.webp", "sheet.html", (1000, 760)),
 )
@@ -80,8 +78,7 @@ def write_screenshots(folder: Path, guides: Path) -> None:
                 else:
                     page = _at_share(work / shown.page, shown.share).as_uri()
                 _shoot(program, work, page, shown.size)
-                with Image.open(work / "shot.png") as picture:
-                    picture.convert("RGB").save(folder / shown.file, quality=_QUALITY, method=6)
+                compress_picture(work / "shot.png", folder / shown.file, lossless=False)
 
 
 def _make_pages(work: Path, guides: Path) -> None:
@@ -116,12 +113,15 @@ def _at_share(page: Path, share: float | None) -> Path:
     if share is None:
         return page
     text = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page.read_text(encoding="utf-8"))
+    # a page makes its players when they come into view, and may begin its motion anew then
     mover = (
-        "<script>addEventListener('load', () => setTimeout(() => {"
+        "<script>setInterval(() => {"
         "const roots = [...document.querySelectorAll('*')].map((one) => one.shadowRoot).filter(Boolean);"
         "const range = roots.map((root) => root.querySelector('input[type=range]')).find(Boolean);"
-        f"range.value = range.max * {share}; range.dispatchEvent(new Event('input'));"
-        "}, 1000));</script>"
+        f"const place = Math.round((range?.max ?? 0) * {share});"
+        "if (range && Number(range.value) !== place) {"
+        "range.value = place; range.dispatchEvent(new Event('input'));"
+        "}}, 100);</script>"
     )
     moved = page.with_name(f"moved-{page.name}")
     moved.write_text(text.replace("</body>", f"{mover}</body>"), encoding="utf-8")

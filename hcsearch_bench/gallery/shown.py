@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.web.report.lead_sentences import PANEL_WORDS
@@ -26,6 +27,11 @@ class ShownPicture:
     def is_exported(self) -> bool:
         """Whether the command writes the picture."""
         return not self.command.startswith("hcsearch show ")
+
+    @property
+    def written(self) -> str:
+        """The file that the command writes: a still or a plot is compressed afterwards."""
+        return str(Path(self.file).with_suffix(".png")) if self.file.endswith(".webp") else self.file
 
     @property
     def whole_command(self) -> str:
@@ -72,7 +78,7 @@ GRID_PICTURES = tuple(
 OTHER_PICTURES = (
     *(
         ShownPicture(
-            f"half-open-{grid}.png",
+            f"half-open-{grid}.webp",
             _title(grid),
             f"hcsearch export {folding} --motion springs --format png --state 0.5",
         )
@@ -86,14 +92,14 @@ OTHER_PICTURES = (
     ),
     *(
         ShownPicture(
-            f"half-open-{size}.png",
+            f"half-open-{size}.webp",
             f"Panels of {size} mm",
             f"hcsearch export hex:02234400:1 --panel {size} --motion springs --format png --state 0.5",
         )
         for size in ("50x6", "1000x20")
     ),
-    ShownPicture("drive.svg", "A drive", "hcsearch drive hex:0234435011:1", option="--picture"),
-    ShownPicture("motion-unit-ii.svg", "A motion", "hcsearch motion unit-ii", option="--picture"),
+    ShownPicture("drive.webp", "A drive", "hcsearch drive hex:0234435011:1", option="--picture"),
+    ShownPicture("motion-unit-ii.webp", "A motion", "hcsearch motion unit-ii", option="--picture"),
     ShownPicture(
         "flight-array.svg",
         "An array of twenty squares",
