@@ -36,7 +36,7 @@ class ShownPicture:
     @property
     def whole_command(self) -> str:
         """The command as a user types it."""
-        return f"{self.command} {self.option} {self.file}" if self.is_exported else self.command
+        return f"{self.command} {self.option} {self.written}" if self.is_exported else self.command
 
 
 @dataclass(frozen=True)
