@@ -50,7 +50,7 @@ docs: $(VENV)/documented
 report: $(VENV)/installed
 	$(BIN)/hcsearch report --db $(DB)
 
-# docs/gallery.md, and the pictures of it, of the README and of other pages
+# docs/gallery.md, and the pictures of it, of the README and of other pages; screenshots only where Chromium is installed
 gallery: $(VENV)/installed
 	$(BIN)/python -m hcsearch_bench.gallery docs
 

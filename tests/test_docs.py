@@ -149,6 +149,14 @@ def test_links_lead_somewhere(document):
         assert there.is_relative_to(ROOT), target
 
 
+def test_addresses_are_encrypted_and_publications_have_lasting_ones():
+    for document in DOCUMENTS:
+        text = document.read_text(encoding="utf-8")
+        assert re.findall(r"http://(?!127\.0\.0\.1|localhost)\S+|doi:\s*10\.\S+|\bdx\.doi\.org\S+", text) == [], (
+            document
+        )
+
+
 @of_documents
 def test_headings_go_down_one_level_at_a_time(document):
     assert all(below - above <= 1 for above, below in levels(document))

@@ -1,4 +1,4 @@
-"""Hold a folding against the rules of a standard: its flight sheet."""
+"""Compare a folding with the rules of a standard: its flight sheet."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def sheet(
     db: Place | None = None,
     **values: Any,
 ) -> FlightSheet:
-    """Hold a folding in a scene against the rules of a standard, as `hcsearch sheet` does.
+    """Compare a folding in a scene with the rules of a standard, as `hcsearch sheet` does.
 
     Parameters
     ----------

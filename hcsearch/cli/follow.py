@@ -75,7 +75,9 @@ _SPACED_ROWS = 12
     metavar="RAD",
     help="The greatest arc length between two states, rad.  [default: 0.05 x the root of the number of hinges]",
 )
-@click.option("--degrees", is_flag=True, help="Read --angles, and write fold angles, in degrees.")
+@click.option(
+    "--degrees", is_flag=True, help="Read --angles, and write fold angles, in degrees, as pictures always show them."
+)
 @json_option
 @click.option(
     "--output",
@@ -123,7 +125,7 @@ def motion_(name: str, as_json: bool, **options: Any) -> None:
         else:
             followed.save(path, degrees=degrees)
     if options["picture"]:
-        followed.picture(options["picture"], degrees=degrees)
+        followed.picture(options["picture"])
     facts = followed.facts(degrees=degrees)
     if as_json:
         click.echo(json.dumps(facts, indent=2, allow_nan=False))

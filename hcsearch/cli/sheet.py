@@ -34,7 +34,7 @@ from hcsearch.cli.options import examples_epilog, json_option
 @json_option
 @click.option("--output", metavar="FILE", help="Write the sheet to a file .html, .md, .tex or .txt instead.")
 def sheet(name: str, as_json: bool, **options: Any) -> None:
-    """Hold a folding against the rules of a standard.
+    """Compare a folding with the rules of a standard.
 
     The sheet gives each rule with its clause, the figure and whether it passes: torque margin over the whole travel,
     also with one spring failed, clearance over tolerances, frequency, flatness and room where the standard or the scene

@@ -2,7 +2,7 @@
 
 The frames lie side by side in a strip, which a CSS animation shifts by one frame at a time. Panels are drawn in
 parallel projection by the painter's algorithm, from back to front. Linkages of many panels have fewer frames, so that
-files stay small. Viewers without animations, and those that ask for
+files stay small, and faces that others hide are left out. Viewers without animations, and those that ask for
 reduced motion, show a single frame from the middle of the motion.
 """
 
@@ -10,15 +10,17 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
-from itertools import combinations
+from itertools import combinations, compress
+from typing import NamedTuple
 
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.cases.replay import Replay, stacks_of
+from hcsearch.export.hidden_marks import ink_of, seen
 from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.shape.drawing import svg_path
 from hcsearch.shape.linkage import Linkage
@@ -141,15 +143,17 @@ def animation_of(replay: Replay) -> str:
     n_frames = frame_count_of(len(replay.linkage.pattern.faces))
     moving = [centred_solids(replay.linkage.solids(angles)) for angles in _even_steps(replay, n_frames)]
     painter = MotionPainter(replay.linkage, moving, FRAME_WIDTH)
+    frames = [_seen_marks(painter.marks(solids)) for solids in moving]
     strip = "".join(
-        f'<g transform="translate({k * FRAME_WIDTH})">{_frame(painter, solids)}</g>' for k, solids in enumerate(moving)
+        f'<g transform="translate({k * FRAME_WIDTH})">{_frame(marks)}</g>' for k, marks in enumerate(frames)
     )
+    looks = {mark.look for marks in frames for mark in marks}
     still = round(STILL_FRAME_SHARE * (n_frames - 1)) * FRAME_WIDTH
     pixels = round(painter.height * FRAME_PIXELS / FRAME_WIDTH)
     size = f'width="{FRAME_PIXELS}" height="{pixels}" viewBox="0 0 {FRAME_WIDTH} {painter.height}"'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" {size}>'
-        f"<title>{escape(_description(replay))}</title><style>{_style(n_frames)}</style>"
+        f"<title>{escape(_description(replay))}</title><style>{_style(n_frames, looks)}</style>"
         f'<g class="strip" transform="translate(-{still})">{strip}</g></svg>\n'
     )
 
@@ -159,12 +163,24 @@ def _description(replay: Replay) -> str:
     return f"{replay.title}, {replay.source}" + (f"; {replay.faults}" if replay.faults else "")
 
 
-def _frame(painter: MotionPainter, solids: list[Reals]) -> str:
-    """Return the visible faces of a frame, from back to front, in whole units."""
-    return "".join(
-        svg_path(mark.look, [[(round(x), round(y)) for x, y in mark.points]], closed=mark.is_face)
-        for mark in painter.marks(solids)
-    )
+class _FrameMark(NamedTuple):
+    """A mark of a frame in whole units, otherwise as `PaintedMark`."""
+
+    look: str
+    points: list[tuple[int, int]]
+    is_face: bool
+
+
+def _seen_marks(marks: Iterable[PaintedMark]) -> list[_FrameMark]:
+    """Return the marks of a frame that are seen, from back to front."""
+    whole = [_FrameMark(mark.look, [(round(x), round(y)) for x, y in mark.points], mark.is_face) for mark in marks]
+    widths = {True: OUTLINE_WIDTH, False: HINGE_WIDTH}
+    inks = [ink_of(mark.points, widths[mark.is_face], is_face=mark.is_face) for mark in whole]
+    return list(compress(whole, seen(inks)))
+
+
+def _frame(marks: Iterable[_FrameMark]) -> str:
+    return "".join(svg_path(mark.look, [mark.points], closed=mark.is_face) for mark in marks)
 
 
 def frame_count_of(n_panels: int) -> int:
@@ -289,14 +305,16 @@ OUTLINE_WIDTH, HINGE_WIDTH = 1.5, 5.0
 """Widths of lines in a picture of `FRAME_WIDTH` units."""
 
 
-def _style(n_frames: int) -> str:
-    hexes = {look: "#{:02x}{:02x}{:02x}".format(*colour) for look, colour in MARK_COLOURS.items()}
+def _style(n_frames: int, looks: Collection[str]) -> str:
+    """Return the style sheet of a number of frames with some looks, which are keys of `MARK_COLOURS`."""
+    hexes = {look: "#{:02x}{:02x}{:02x}".format(*colour) for look, colour in MARK_COLOURS.items() if look in looks}
     outline = "#{:02x}{:02x}{:02x}".format(*OUTLINE_COLOUR)
     rules = [f"path{{stroke:{outline};stroke-width:{OUTLINE_WIDTH:g};stroke-linejoin:round}}"]
     rules += [f".{look}{{fill:{colour}}}" for look, colour in hexes.items() if look not in _LINES]
     rules += [
         f".{kind}{{stroke:{colour};stroke-width:{HINGE_WIDTH:g};stroke-linecap:round}}"
         for kind, colour in _LINES.items()
+        if kind in looks
     ]
     begin, end = 100 * REST_SHARE, 100 * (1 - REST_SHARE)
     last = f"transform:translate(-{(n_frames - 1) * FRAME_WIDTH}px)"

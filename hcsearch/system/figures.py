@@ -57,8 +57,15 @@ _LETTER_WIDTH, _LABEL_HEIGHT = 5.2, 10.0
 TITLE_WIDTH = 92
 """Maximum number of characters in a line of a title."""
 _BACKEND = "MPLBACKEND"
-_STYLE = {"axes.prop_cycle": f"cycler('color', {list(CURVE_COLOURS)})", "axes.grid": True, "grid.alpha": 0.3}
-"""Settings that differ from matplotlib's defaults."""
+_STYLE = {
+    "axes.prop_cycle": f"cycler('color', {list(CURVE_COLOURS)})",
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "svg.hashsalt": "hcsearch",
+}
+"""Settings that differ from matplotlib's defaults; with the salt, names within SVG files are the same in every run."""
+_UNDATED = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+"""By the ending of a file: metadata without the time, so that equal figures are equal files."""
 
 
 def check_picture(path: str) -> None:
@@ -85,7 +92,7 @@ def figure_for(
         figure = Figure(figsize=size, layout="constrained")
         yield figure
         with replacing_file(path, PICTURE_SUFFIXES) as part:
-            figure.savefig(part, dpi=dpi)
+            figure.savefig(part, dpi=dpi, metadata=_UNDATED.get(Path(path).suffix))
 
 
 def line_style(number: int) -> dict[str, Any]:

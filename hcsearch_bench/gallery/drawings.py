@@ -1,9 +1,13 @@
-"""Drawings of the grids and of foldings, which the README and the pages on grids and notations show."""
+"""Drawings of the grids, of foldings and of sheets, which the README and pages of the documentation show."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from tempfile import TemporaryDirectory
+from typing import Any
 
+from hcsearch.api.exporting import save
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.grid import GRIDS, Grid, parse_array
@@ -22,11 +26,14 @@ _FOLDINGS = {
     "worked-folding": "rectangle:12333011:3",
 }
 """Foldings that explain the marks of drawings, by the name of the file."""
+_CUT_FOLDING = "hex:0234550132:4"
+_SHEET_LINE = 1.0
+"""Width of the lines in pictures of sheets, mm; those for a cutter are hairlines."""
 _WITHOUT_FOLDING = "hex:012345"
 
 
 def drawings() -> Iterator[tuple[str, str]]:
-    """Yield (name of the file, SVG text) of every drawing: of each grid, its graph of cells and smallest folding."""
+    """Yield (name of the file, SVG text) of every drawing, of each grid its graph of cells and smallest folding."""
     for grid in GRIDS.values():
         if grid.name == "square":  # drawn as a rectangle
             continue
@@ -36,6 +43,18 @@ def drawings() -> Iterator[tuple[str, str]]:
     for name, notation in _FOLDINGS.items():
         yield f"{name}.svg", Folding.from_notation(notation)._repr_svg_() + "\n"
     yield "no-folding.svg", Circuit.from_notation(_WITHOUT_FOLDING)._repr_svg_() + "\n"
+    yield "sheet.svg", _sheet(sheet="assembled")
+    yield "sheet-panels.svg", _sheet(sheet="panels")
+
+
+def _sheet(**options: Any) -> str:
+    """A sheet to cut, with lines and a ground that are seen on a page."""
+    with TemporaryDirectory() as name:
+        (file,) = save(_CUT_FOLDING, f"{name}/sheet.svg", **options)
+        text = file.read_text(encoding="utf-8")
+    text, thickened = re.subn(r'stroke-width="[\d.]+"', f'stroke-width="{_SHEET_LINE}"', text)
+    assert thickened, text
+    return text.replace("</title>\n", '</title>\n <rect width="100%" height="100%" fill="#ffffff"/>\n', 1)
 
 
 def _smallest_folding(grid: Grid) -> str:

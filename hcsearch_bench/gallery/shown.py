@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.web.report.lead_sentences import PANEL_WORDS
@@ -12,24 +13,30 @@ from hcsearch.web.report.lead_sentences import PANEL_WORDS
 class ShownPicture:
     """A picture of the gallery.
 
-    file : its name. title : the head of its column. command : what makes it, without `--output`; of a drawing, what
-    prints the same design. sentence : what it shows.
+    file : its name. title : the head of its column. command : what makes it, without the file; of a drawing, what
+    prints the same design. sentence : what it shows. option : that of the command to which the file belongs.
     """
 
     file: str
     title: str
     command: str
     sentence: str = ""
+    option: str = "--output"
 
     @property
     def is_exported(self) -> bool:
         """Whether the command writes the picture."""
-        return self.command.startswith("hcsearch export ")
+        return not self.command.startswith("hcsearch show ")
+
+    @property
+    def written(self) -> str:
+        """The file that the command writes: a still or a plot is compressed afterwards."""
+        return str(Path(self.file).with_suffix(".png")) if self.file.endswith(".webp") else self.file
 
     @property
     def whole_command(self) -> str:
         """The command as a user types it."""
-        return f"{self.command} --output {self.file}" if self.is_exported else self.command
+        return f"{self.command} {self.option} {self.written}" if self.is_exported else self.command
 
 
 @dataclass(frozen=True)
@@ -71,7 +78,7 @@ GRID_PICTURES = tuple(
 OTHER_PICTURES = (
     *(
         ShownPicture(
-            f"half-open-{grid}.png",
+            f"half-open-{grid}.webp",
             _title(grid),
             f"hcsearch export {folding} --motion springs --format png --state 0.5",
         )
@@ -82,6 +89,21 @@ OTHER_PICTURES = (
         "worked-array.svg",
         "An array of 6 m2",
         f"hcsearch export rectangle:12333011:3 --panel 1000x750x20 --motion springs {_ANIMATION}",
+    ),
+    *(
+        ShownPicture(
+            f"half-open-{size}.webp",
+            f"Panels of {size} mm",
+            f"hcsearch export hex:02234400:1 --panel {size} --motion springs --format png --state 0.5",
+        )
+        for size in ("50x6", "1000x20")
+    ),
+    ShownPicture("drive.webp", "A drive", "hcsearch drive hex:0234435011:1", option="--picture"),
+    ShownPicture("motion-unit-ii.webp", "A motion", "hcsearch motion unit-ii", option="--picture"),
+    ShownPicture(
+        "flight-array.svg",
+        "An array of twenty squares",
+        f"hcsearch export square:01223321123330000121:3 --panel 300x300x12 --motion path {_ANIMATION}",
     ),
 )
 """Pictures of other pages than the gallery."""

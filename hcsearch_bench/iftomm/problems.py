@@ -1,8 +1,8 @@
 """The basic problems A01 to A05 of the IFToMM multibody benchmark as systems of joints, bodies and welds.
 
 Source: M. Gonzalez, D. Dopico, U. Lugris and J. Cuadrado, "A benchmarking system for MBS simulation software",
-Multibody System Dynamics 16 (2006) 179-190, doi:10.1007/s11044-006-9020-8; the library of problems of the IFToMM
-technical committee for multibody dynamics. What these leave open is said with each problem.
+Multibody System Dynamics 16 (2006) 179-190, https://doi.org/10.1007/s11044-006-9020-8; the library of problems of
+the IFToMM technical committee for multibody dynamics. What these leave open is said with each problem.
 """
 
 from __future__ import annotations

@@ -80,6 +80,15 @@ def test_a_finished_atlas_is_checked_and_left(small, tmp_path):
         build_atlas(path, **SMALL)
 
 
+def test_files_that_others_add_are_not_counted(small, tmp_path):
+    path = shutil.copytree(small.path, tmp_path / "copy")
+    (path / "notes.txt").write_text("mine", encoding="utf-8")
+    (path / "bfiles" / "notes.txt").write_text("mine", encoding="utf-8")
+    again = build_atlas(path, **SMALL)
+    assert (again.files, again.size) == (small.files, small.size)
+    assert (small.files, small.size) == (len(contents(small.path)), sum(map(len, contents(small.path).values())))
+
+
 def test_work_left_beside_a_whole_atlas_is_removed(small, tmp_path):
     path = shutil.copytree(small.path, tmp_path / "copy")
     (path / "work").mkdir()
@@ -93,6 +102,10 @@ def test_folders_of_something_else_are_refused_and_left(small, tmp_path):
     with pytest.raises(OutputError, match="is not empty and holds no atlas"):
         build_atlas(tmp_path / "own", **SMALL)
     assert contents(tmp_path / "own") == {"thesis.txt": b"mine"}
+    (tmp_path / "other" / "work").mkdir(parents=True)
+    (tmp_path / "other" / "work" / "request.json").write_text('{"url": "a", "n": 8}', encoding="utf-8")
+    with pytest.raises(OutputError, match="other is not empty and holds no atlas: name another folder"):
+        build_atlas(tmp_path / "other", **SMALL)
     with pytest.raises(OutputError, match="holds an atlas of n 8, not of n 7: name another folder"):
         build_atlas(small.path, n=7, until="twist")
     with pytest.raises(SizeError, match="n = 2 is too small"):

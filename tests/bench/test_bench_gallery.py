@@ -10,6 +10,7 @@ from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch_bench.gallery.__main__ import export_picture
 from hcsearch_bench.gallery.drawings import drawings
 from hcsearch_bench.gallery.page import gallery_page
+from hcsearch_bench.gallery.screenshots import SCREENSHOTS
 from hcsearch_bench.gallery.shown import OTHER_PICTURES, SECTIONS
 from tests.documents import ROOT
 
@@ -27,7 +28,7 @@ def test_the_page_is_that_of_the_generator():
 
 
 def test_the_folder_holds_the_listed_pictures_and_no_others(drawn):
-    listed = {picture.file for picture in [*SHOWN, *OTHER_PICTURES]} | set(drawn)
+    listed = {picture.file for picture in [*SHOWN, *OTHER_PICTURES, *SCREENSHOTS]} | set(drawn)
     assert {path.name for path in FOLDER.iterdir()} == listed
 
 

@@ -99,20 +99,35 @@ curves = st.lists(
 )
 
 
+def at(line, x):
+    return np.interp(x, *zip(*line, strict=True))
+
+
 @given(curves)
-def test_no_label_covers_another_curve_or_label(lines):
+def test_no_label_covers_another_curve_or_label_and_its_own_curve_is_nearest(lines):
     frame = LabelFrame(0.0, 400.0, 0.0, 100.0, 10.0)
     widths = [10.0 * (k + 1) for k in range(len(lines))]
     places = label_places(lines, widths, frame)
     found = [(k, place) for k, place in enumerate(places) if place is not None]
     for k, (x, y) in found:
         under = np.linspace(x - 0.5 * widths[k], x + 0.5 * widths[k], 9)
-        assert y == pytest.approx(np.interp(x, *zip(*lines[k], strict=True)))
+        stands_on_it = y == pytest.approx(at(lines[k], x))
         for other, line in enumerate(lines):
-            if other != k:
-                assert np.abs(np.interp(under, *zip(*line, strict=True)) - y).min() > 5.0
+            if other != k or not stands_on_it:
+                assert np.abs(at(line, under) - y).min() > 5.0
         for other, (a, b) in found:
-            assert other == k or abs(x - a) >= 0.5 * (widths[k] + widths[other]) or abs(y - b) >= 10.0
+            assert other == k or abs(x - a) >= 0.5 * (widths[k] + widths[other]) or abs(y - b) >= 7.5
+        if not stands_on_it:
+            beside = np.linspace(x - 0.5 * widths[k] - 23.0, x + 0.5 * widths[k] + 23.0, 400)
+            assert np.abs(at(lines[k], beside) - y).min() < 2.0
+
+
+def test_labels_of_steep_curves_that_are_near_each_other_stand_on_their_outer_sides():
+    frame = LabelFrame(0.0, 400.0, 0.0, 400.0, 10.0)
+    lower, upper = [(0.0, 400.0), (396.0, 0.0)], [(4.0, 400.0), (400.0, 0.0)]
+    (low_x, low_y), (high_x, high_y) = label_places([lower, upper], [60.0, 60.0], frame)
+    assert low_x + 30.0 < np.interp(-low_y, [-400.0, 0.0], [0.0, 396.0])
+    assert high_x - 30.0 > np.interp(-high_y, [-400.0, 0.0], [4.0, 400.0])
 
 
 def test_columns_that_differ_by_little_are_one_group():

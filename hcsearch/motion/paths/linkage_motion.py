@@ -18,9 +18,10 @@ from hcsearch.motion.kinematics.numerical_rank import kept_beside_singular, rank
 from hcsearch.motion.paths.branch_following import REACHED_OUTCOMES, FollowedBranch
 from hcsearch.motion.paths.branches import Branch
 from hcsearch.motion.paths.motions import STOP_TOLERANCE, SingularEvent, stop_margins
+from hcsearch.shape.angle_curves import draw_angle_curves
 from hcsearch.shape.labels import Labels, label_data
 from hcsearch.shape.linkage import Linkage
-from hcsearch.system.figures import add_legend, figure_for, line_style, set_title
+from hcsearch.system.figures import figure_for, label_curves, line_style, set_title
 from hcsearch.system.notebooks import notebook_view
 from hcsearch.system.outputs import write_output, write_table
 
@@ -219,17 +220,14 @@ class LinkageMotion(ByValue):
         else:
             write_table(path, table, MOTION_SUFFIXES)
 
-    def picture(self, path: str | Path, *, degrees: bool = False) -> None:
+    def picture(self, path: str | Path) -> None:
         """Draw fold angles and the least singular value over arc length, with singular states, into a picture."""
-        rows, unit = self.rows, "degrees" if degrees else "rad"
+        rows = self.rows
         with figure_for(path, (9, 7)) as figure:
             above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-            angles = np.degrees(rows.angles) if degrees else rows.angles
-            for k, name in enumerate(self.labels.hinges):
-                above.plot(rows.lengths, angles[:, k], label=name, **line_style(k))
-            above.set(ylabel=f"fold angle, {unit}")
+            draw_angle_curves(above, rows.lengths, rows.angles, self.labels.hinges)
             set_title(above, f"{self.name} from {self.start}: {self.sentence}")
-            add_legend(above, "hinge")
+            label_curves(above, "hinge")
             below.plot(rows.lengths, rows.least_values, marker=".", markersize=3, **line_style(0))
             below.set(xlabel="arc length, rad", ylabel="least singular value", ylim=(0.0, None))
             for event in self.events:

@@ -10,9 +10,9 @@ Packed and flat are two of the junctions. There are few, 2 to 24 in all for 10 a
 at junctions, and the junctions in a component of the closed states distinguish it from others.
 
 A loop is closed where the half turns of its first half end where those of its second half, gone backwards, do: so the
-products of both halves are listed and matched (Horowitz and Sahni, doi:10.1145/321812.321823), 2^(k/2) of each for k
-hinges. On a tiling half turns map a lattice to itself (docs/explanation/theory.md, 25): two products are equal, or
-differ by at least a step of the lattice, which is far above rounding. So the list is exact there.
+products of both halves are listed and matched (Horowitz and Sahni, https://doi.org/10.1145/321812.321823), 2^(k/2) of
+each for k hinges. On a tiling half turns map a lattice to itself (docs/explanation/theory.md, 25): two products are
+equal, or differ by at least a step of the lattice, which is far above rounding. So the list is exact there.
 """
 
 from __future__ import annotations

@@ -11,14 +11,14 @@ import numpy as np
 from hcsearch.basics.vocabulary import Formulation, Verdict, millimetres, play_sentence
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
-from hcsearch.shape.labels import label_data, label_ranges, labels_of
+from hcsearch.shape.angle_curves import draw_angle_curves
+from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment, hinge_arrivals
 from hcsearch.springs.deployment.drives import Drives
 from hcsearch.springs.deployment.outcomes import collision_sentence, reason_with_clearance
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
-from hcsearch.system.curve_labels import COINCIDING_ANGLE, coinciding
-from hcsearch.system.figures import DEGREE_STEPS, figure_for, label_curves, line_style, set_title
+from hcsearch.system.figures import figure_for, label_curves, line_style, set_title
 from hcsearch.system.notebooks import notebook_view
 
 if TYPE_CHECKING:
@@ -186,12 +186,7 @@ def draw_deployment(deployment: Deployment, path: str, title: str) -> None:
     angles = deployment.compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))[0]
     with figure_for(path, (9, 6)) as figure:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-        degrees, names = np.degrees(angles), labels_of(deployment.compiled.linkage).hinges
-        for k, group in enumerate(coinciding(degrees, COINCIDING_ANGLE)):
-            label = label_ranges([names[hinge] for hinge in group])
-            above.plot(times, degrees[:, group[0]], label=label, **line_style(k))
-        above.set(ylabel="fold angle, degrees")
-        above.yaxis.get_major_locator().set_params(steps=DEGREE_STEPS)
+        draw_angle_curves(above, times, angles, labels_of(deployment.compiled.linkage).hinges)
         set_title(above, title)
         for event in motion.events:
             if event.kind == "hit":

@@ -13,6 +13,7 @@ from hcsearch.basics.vocabulary import Way
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene_file import scene_file_text
 from hcsearch.scenes.setup import Setup, scene_of_setup
+from hcsearch.shape.angle_curves import draw_angle_curves
 from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.deployment_facts import finite_or_none, mark_collision, play_facts
@@ -22,7 +23,7 @@ from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.drive.choosing import DrivenHinges
 from hcsearch.springs.drive.torques import Torques
 from hcsearch.springs.drive.trajectory import TimedPath
-from hcsearch.system.figures import add_legend, curve_look, figure_for, line_style, set_title
+from hcsearch.system.figures import curve_look, figure_for, label_curves, line_style, set_title
 from hcsearch.system.outputs import write_output, write_table
 
 if TYPE_CHECKING:
@@ -121,12 +122,11 @@ class Drive:
         torques, labels, deployment = self.torques, labels_of(self.linkage), self.deployment
         with figure_for(path, (9, 7), simpler=LINE_SIMPLIFICATION_PIXELS) as figure:
             above, below = figure.subplots(2, 1, sharex=True)
-            for i, k in enumerate(torques.driven):
-                above.plot(torques.times, torques.angles[:, k], label=labels.hinges[k], zorder=3.0, **line_style(i))
-            for number, column in enumerate(np.delete(torques.angles, torques.driven, axis=1).T):
-                label = "_others" if number else "others"
-                above.plot(torques.times, column, linewidth=0.6, color="grey", alpha=0.6, label=label)
-            above.set(ylabel="fold angle, rad")
+            driven = list(torques.driven)
+            draw_angle_curves(above, torques.times, torques.angles[:, driven], [labels.hinges[k] for k in driven])
+            for column in np.degrees(np.delete(torques.angles, driven, axis=1)).T:
+                above.plot(torques.times, column, linewidth=0.6, color="grey", alpha=0.6)
+            above.set(ylabel="fold angle, degrees (grey: not driven)")
             reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
             set_title(above, f"{self.title}: {reason}")
             mark_collision(above, deployment)
@@ -135,7 +135,7 @@ class Drive:
             _draw_simulated(below, self)
             below.set(xlabel="time, s", ylabel="torque, N m (band: simulated)")
             for axes in (above, below):
-                add_legend(axes, "driven hinge")
+                label_curves(axes, "driven hinge")
 
 
 def _facts(drive: Drive) -> dict[str, Any]:

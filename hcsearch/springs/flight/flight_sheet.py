@@ -16,7 +16,7 @@ SheetVerdict = Literal["pass", "fail", "not known"]
 
 @dataclass(frozen=True)
 class SheetRow:
-    """A rule, and the figure that is held against it.
+    """A rule, and the figure that is compared with it.
 
     rule : what is asked for. clause : of the standard. figure, required : in the same unit; no figure where it is not
     known. at_least : whether the figure must be at least the required one, else at most. note : where the figure is
@@ -64,7 +64,7 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class FlightSheet:
-    """A folding in a scene, held against the rules of a standard.
+    """A folding in a scene, compared with the rules of a standard.
 
     Parameters
     ----------

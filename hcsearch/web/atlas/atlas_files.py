@@ -98,7 +98,7 @@ def _write_archives(
 
 def atlas_in(folder: AtlasFolder) -> Atlas:
     """Return the numbers of a finished atlas."""
-    files = [path for path in folder.path.rglob("*") if path.is_file() and folder.work not in path.parents]
+    files = [folder.path / name for name in (*folder.checksums(), CHECKSUM_FILE)]
     with open_readonly(folder.path / DATABASE_FILE) as database:
         designs, foldings = (count_rows(database, view=view, most=2**62) for view in ("designs", "foldings"))
     checksum = hashlib.sha256((folder.path / CHECKSUM_FILE).read_bytes()).hexdigest()

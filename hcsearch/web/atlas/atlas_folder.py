@@ -49,6 +49,11 @@ class AtlasFolder:
         """Whether the folder holds a whole atlas."""
         return (self.path / CHECKSUM_FILE).is_file()
 
+    def checksums(self) -> dict[str, str]:
+        """Return the SHA-256 checksum of each file of a whole atlas by its path, without files that others added."""
+        text = read_text_file(self.path / CHECKSUM_FILE, max_bytes=_DESCRIPTION_BYTES)
+        return {name: digest for digest, _, name in (line.partition("  ") for line in text.splitlines())}
+
     def new_draft(self) -> Path:
         """Make an empty folder for the files of the atlas."""
         draft = self.work / "draft"
@@ -66,8 +71,7 @@ class AtlasFolder:
 
     def check(self) -> None:
         """Raise OutputError if a file of a whole atlas is missing or changed."""
-        for line in read_text_file(self.path / CHECKSUM_FILE, max_bytes=_DESCRIPTION_BYTES).splitlines():
-            digest, _, name = line.partition("  ")
+        for name, digest in self.checksums().items():
             file = self.path / name
             if not file.is_file() or _digest(file) != digest:
                 raise OutputError(f"{file} is missing or was changed: remove {self.path} and build the atlas anew")
@@ -142,8 +146,14 @@ def _recorded_request(folder: AtlasFolder) -> dict[str, Any] | None:
             except (InputFileError, ValueError, RecursionError):
                 return None
             found = data.get(key) if key is not None and isinstance(data, dict) else data
-            return found if isinstance(found, dict) else None
+            return found if _is_request(found) else None
     return None
+
+
+def _is_request(data: Any) -> bool:
+    """Return whether data are a request, of any version of this program."""
+    versions = data.get("versions") if isinstance(data, dict) else None
+    return isinstance(versions, dict) and "hcsearch" in versions
 
 
 def _difference(record: Mapping[str, Any], other: Mapping[str, Any]) -> str:
