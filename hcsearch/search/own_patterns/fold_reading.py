@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from hcsearch.shape.mesh import (
     faces_between,
     facet_area,
     joined_faces,
+    sides_of,
     without_dead_ends,
     without_spurs,
     without_straight_corners,
@@ -50,7 +51,6 @@ EDGE_LENGTH_RATIO = 1.5
 """Factor from which edges count as longer or shorter than the sides of panels."""
 
 FacetSide = tuple[int, int]
-_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class _Reader:
         if not self.edges and not self.faces:
             raise values.wrong("it has neither edges nor faces")
         self.named = bool(self.edges)  # else edges are the sides of faces, without assignments
-        sides = dict.fromkeys((min(side), max(side)) for face in self.faces for side in _sides(face))
+        sides = dict.fromkeys((min(side), max(side)) for face in self.faces for side in sides_of(face))
         if not self.edges:
             self.edges = list(sides)
         # sides of faces are split where lines of the drawing are, so that faces share whole sides
@@ -210,7 +210,7 @@ class _Reading:
     @property
     def side(self) -> float:
         """The median length of the panels' sides."""
-        lengths = sorted(math.dist(*side) for facet in self.facets for side in _sides(facet))
+        lengths = sorted(math.dist(*side) for facet in self.facets for side in sides_of(facet))
         return lengths[(len(lengths) - 1) // 2]
 
     def drawing(self) -> PatternDrawing:
@@ -248,7 +248,7 @@ class _Reading:
             if not whole or not facet_area(corners) > POINT_ERROR_SHARE * math.dist(corners[0], corners[1]) ** 2:
                 raise self.values.wrong(f"face {f} at {self._at(face[0])} is no polygon, or a sliver")
             facets.append(corners)
-            for side in _sides(face):
+            for side in sides_of(face):
                 if side in sides:
                     raise self.values.wrong(
                         f"faces {sides[side]} and {f} overlap: they lie on one side of the edge from {self._at(*side)}"
@@ -287,7 +287,7 @@ class _Reading:
     def _ring(self, face: Sequence[int]) -> list[int]:
         """Return a listed face with the places on its sides inserted, and without spurs."""
         ring: list[int] = []
-        for a, b in _sides([self.place_of_point[v] for v in face]):
+        for a, b in sides_of([self.place_of_point[v] for v in face]):
             ring += self._places_between(a, b)[:-1] if a != b else []
         return without_spurs(ring)
 
@@ -383,9 +383,4 @@ class _Reading:
 
 def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], FacetJoin]) -> bool:
     """Whether all sides of a face are borders, so that it would be an unattached panel."""
-    return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in _sides(face))
-
-
-def _sides(ring: Sequence[_T]) -> list[tuple[_T, _T]]:
-    """Return each corner of a ring with the next."""
-    return list(zip(ring, [*ring[1:], *ring[:1]], strict=True))
+    return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in sides_of(face))
