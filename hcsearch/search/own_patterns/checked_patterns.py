@@ -31,13 +31,28 @@ MAX_BRANCHING_DOF = 4
 class CheckedPattern:
     """The results on a pattern in a scene.
 
-    name : of the file. dof : at a generic closed state near the packed state, else near the flat one; dof_flat,
-    dof_packed : at these states, at first order; None where rounding leaves them undecided, or without the state. The
-    packed state may be one that the file has between the stops.
-    branches : without a packed state, the finite motions that leave the flat state, as a sentence; else empty.
-    locks : for each end, by its name, the proof that no motion leaves it, as a sentence. motion, deployment : None
-    where these stages were left out.
-    status : None where no packed state is known and the flat state is not locked.
+    Parameters
+    ----------
+    name
+        The name of the file.
+    linkage
+        Its panels and hinges.
+    packed
+        Its packed state, or why there is none.
+    scene
+        The scene.
+    dof
+        The degrees of freedom at a generic closed state near the packed state, else near the flat one; None where
+        rounding leaves them undecided.
+    dof_flat, dof_packed
+        The degrees of freedom in these states, at first order; None also without the state. The packed state may be one
+        that the file has between the stops.
+    locks
+        The proof that no motion leaves an end, as a sentence, by the end's name.
+    branches
+        The finite motions that leave the flat state, as a sentence; empty where there is a packed state.
+    motion, deployment
+        The results of these stages; None where they were left out.
     """
 
     name: str
@@ -54,7 +69,7 @@ class CheckedPattern:
 
     @property
     def status(self) -> Status | None:
-        """The status of the pattern, as of a folding."""
+        """The status, as of a folding; None where no packed state is known and the flat state is not locked."""
         if self.locks or (self.motion is not None and self.motion.locked):
             return "locked"
         if not self.packed.packed:
