@@ -203,7 +203,10 @@ _RIGHT = [(1.0, 0.0), (2.0, 0.1), (2.0, 0.9), (1.0, 1.0)]
             drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"hcsearch:thickness": 1e-300}),
             "the longest edge is 50 mm and the thickness .* mm: take lengths from",
         ),
-        (drawing_of([_LEFT, _SQUARE], {(0, 1): ("U", 40)}), r"is unassigned \(U\), and the file states a state with"),
+        (
+            drawing_of([_LEFT, _SQUARE, _RIGHT], {(0, 1): ("M", -40), (1, 2): ("U", 0)}),
+            r"is unassigned \(U\), and the file states a state with",
+        ),
     ],
 )
 def test_what_is_no_linkage_of_panels_is_refused_in_one_line(data, message, tmp_path, capfd):
@@ -301,7 +304,7 @@ def test_a_size_that_no_pattern_has_is_refused_with_the_sizes_of_one(panel):
         packed_of(strip([1.0, 1.0], "M"), panel)
 
 
-@pytest.mark.parametrize(("angle", "letter"), [(180, "V"), (-180, "M")])
-def test_the_sign_of_a_closed_unassigned_crease_is_its_assignment(angle, letter):
+@pytest.mark.parametrize(("angle", "letter"), [(180, "V"), (-180, "M"), (30, "V"), (-90, "M")])
+def test_the_sign_of_an_angle_of_an_unassigned_crease_is_its_assignment(angle, letter):
     (join,) = parse_fold(json.dumps(strip([1.0, 1.0], [("U", angle)])), "a.fold").joins.values()
     assert join.assignment == letter

@@ -89,6 +89,8 @@ def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPat
     partly closed, or no mountains and valleys pack the panels.
     """
     pattern = pattern_of_drawing(drawing, panel)
+    if drawing.form_fault:
+        raise PatternError(drawing.form_fault)
     if not pattern.hinges:
         raise PatternError("all panels of the drawing are one, joined by flat edges (F): assign mountains and valleys")
     search = _PackingSearch(drawing, pattern)
