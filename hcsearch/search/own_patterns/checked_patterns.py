@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -116,6 +116,24 @@ class CheckedPattern:
             "play": play_sentence(needed),
         }
 
+    def rows(self) -> Iterator[tuple[str, str]]:
+        """Yield the name and the value of each property, and then of each result that is known, as texts."""
+        facts = self.facts()
+        for name in ("panels", "hinges", "loops"):
+            yield name, str(facts[name])
+        for name in ("longest_edge_mm", "thickness_mm"):
+            yield name.removesuffix("_mm").replace("_", " "), f"{facts[name]:.6g} mm"
+        if facts["moved_mm"]:
+            yield "points moved", f"by up to {facts['moved_mm']:.3g} mm, so that the packed state closes"
+        for name, state in (("dof", "in motion"), ("dof_packed", "packed"), ("dof_flat", "flat")):
+            dof = facts[name]
+            known = name != "dof_packed" or self.packed.packed or self.packed.partly_closed is not None
+            if known:
+                yield f"dof {state}", "undecided" if dof is None else str(dof)
+        yield "kutzbach", str(facts["kutzbach"])
+        for number, reason in enumerate(self.reasons):
+            yield "" if number else "results", reason
+
     @property
     def reasons(self) -> list[str]:
         """The packed state, the locks and the results of the stages, as sentences."""
@@ -143,6 +161,20 @@ def check_pattern(
     progress(0, total, PATTERN_STAGES[0])
     linkage = Linkage(packed.pattern)
     setup = setup_of_scene(scene, linkage)  # a scene that names an unknown hinge is refused before the work
+    checked = pattern_mobility(name, packed, scene)
+    if checked.locks or not packed.packed:
+        return checked
+    progress(1, total, PATTERN_STAGES[1])
+    motion = plan_linkage_motion(linkage, scene.margin)
+    if motion.locked:
+        return replace(checked, motion=motion)
+    progress(2, total, PATTERN_STAGES[2])
+    return replace(checked, motion=motion, deployment=simulate_deployment(linkage, setup))
+
+
+def pattern_mobility(name: str, packed: PackedPattern, scene: Scene) -> CheckedPattern:
+    """Return the degrees of freedom and the locks of a drawn pattern, without the later stages."""
+    linkage = Linkage(packed.pattern)
     locks = _locks(linkage, packed=packed.packed)
     state = linkage.folded if packed.packed else packed.partly_closed
     checked = CheckedPattern(
@@ -155,16 +187,7 @@ def check_pattern(
         dof_packed=None if state is None else rank_at(linkage, state).nullity,
         locks=locks,
     )
-    if not locks and not packed.packed:
-        return replace(checked, branches=_branches(checked))
-    if locks:
-        return checked
-    progress(1, total, PATTERN_STAGES[1])
-    motion = plan_linkage_motion(linkage, scene.margin)
-    if motion.locked:
-        return replace(checked, motion=motion)
-    progress(2, total, PATTERN_STAGES[2])
-    return replace(checked, motion=motion, deployment=simulate_deployment(linkage, setup))
+    return checked if locks or packed.packed else replace(checked, branches=_branches(checked))
 
 
 def _branches(checked: CheckedPattern) -> str:
