@@ -12,7 +12,7 @@ from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
 from hcsearch.cases.names import design_named
 from hcsearch.cases.pattern_files import DrawnPattern, is_pattern_file, read_pattern_file
-from hcsearch.cases.resolve import resolve_pattern, resolve_scene
+from hcsearch.cases.resolve import resolve, resolve_pattern, resolve_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, split_crease
 from hcsearch.scenes import Scene
@@ -39,7 +39,8 @@ def check(
     ----------
     what
         A crease pattern FILE.fold, a model that `save` wrote (.urdf, .xml, .mjcf), a circuit by its notation, in any
-        position, order and direction, or by its id, one of its foldings, or a case.
+        position, order and direction, or by its id, one of its foldings, a file NAME.toml that names one of these, or a
+        case.
     scene, panel, flat_pairs, db, **values
         As in `deploy`. Panels have the size that a file gives in a physical unit, unless `panel` sets another, of a
         CheckedPattern as longest edge x thickness.
@@ -60,6 +61,10 @@ def check(
     """
     check_kinds(check, locals())
     reporting = () if progress is None else (progress,)
+    if isinstance(what, str) and what.endswith(".toml"):
+        what = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
+        what.check_moved()
+        scene, panel, flat_pairs, values = None, None, None, {}
     if isinstance(what, Case) and isinstance(what.what, DrawnPattern):
         return check_pattern(what.title, what.what.packed, what.scene, *reporting)
     if isinstance(what, Case):

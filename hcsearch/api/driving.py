@@ -24,6 +24,7 @@ from hcsearch.springs.drive.driven_folding import (
     drive_along,
     drive_linkage,
     latch_facts,
+    no_path_reason,
 )
 from hcsearch.system.terminal import write_notice
 
@@ -71,7 +72,9 @@ def drive(
     path_scene, motion, note = find_path(case)
     try:
         if isinstance(case.what, DrawnPattern):
-            return drive_linkage(case.facts, case.linkage, path_scene, motion, options, progress)
+            if motion.proved is None:
+                raise NoPathError(no_path_reason(motion))
+            return drive_linkage(case.facts, case.linkage, path_scene, motion.proved, options, progress)
         return drive_along(case.to_move(), path_scene, motion, options, progress)
     finally:
         write_notice(note)

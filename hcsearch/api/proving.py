@@ -10,6 +10,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
+from hcsearch.cases.pattern_files import DrawnPattern
 from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
@@ -38,7 +39,7 @@ def prove(
     flat_pairs: Way | None = None,
     db: Place | None = None,
 ) -> Certificate:
-    """Write a certificate that a folding can be opened, or that no motion opens it, as `hcsearch prove` does.
+    """Write a certificate that a folding or a pattern can be opened, or that no motion opens it, as `hcsearch prove`.
 
     Parameters
     ----------
@@ -57,12 +58,17 @@ def prove(
     Raises
     ------
     HcsearchError
-        If neither is proved.
+        If neither is proved, and for a pattern that lies on no lattice of a tiling.
     """
     check_kinds(prove, locals())
     check_output(str(path), _ENDINGS)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs)
-    data, sentences = certifying.prove_folding(case.to_move(), case.panel, case.allowed, case.scene.margin, budget)
+    if isinstance(case.what, DrawnPattern):
+        case.check_moved()
+        name = Path(case.what.path).name
+        data, sentences = certifying.prove_pattern(case.linkage, name, case.scene.margin, budget)
+    else:
+        data, sentences = certifying.prove_folding(case.to_move(), case.panel, case.allowed, case.scene.margin, budget)
     write_output(str(path), json.dumps(data, separators=(",", ":")) + "\n", _ENDINGS)
     return Certificate(Path(path), tuple(sentences))
 

@@ -1,7 +1,8 @@
-"""Compare a folding with the rules of a standard: its flight sheet."""
+"""Compare a folding or a pattern with the rules of a standard: its flight sheet."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
+from hcsearch.cases.pattern_files import DrawnPattern
 from hcsearch.cases.resolve import resolve
 from hcsearch.cases.travels import travel_of_case
 from hcsearch.designs.circuit import Circuit
@@ -35,7 +37,7 @@ def sheet(
     db: Place | None = None,
     **values: Any,
 ) -> FlightSheet:
-    """Compare a folding in a scene with the rules of a standard, as `hcsearch sheet` does.
+    """Compare a folding, or a pattern of a file, in a scene with the rules of a standard, as `hcsearch sheet` does.
 
     Parameters
     ----------
@@ -54,13 +56,14 @@ def sheet(
     Raises
     ------
     HcsearchError
-        Where neither springs nor a proved path open the folding.
+        Where neither springs nor a proved path open it.
     """
     check_kinds(sheet, locals())
     standard = read_rules(rules)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)
     moved = travel_of_case(case)
-    return review(moved.travel, standard, title=case.title, source=moved.source, measured=measured)
+    reviewed = review(moved.travel, standard, title=case.title, source=moved.source, measured=measured)
+    return replace(reviewed, kind="pattern") if isinstance(case.what, DrawnPattern) else reviewed
 
 
 def check_sheet_file(path: str | Path) -> None:

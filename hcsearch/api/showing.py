@@ -1,28 +1,30 @@
-"""Show a design: its circuit, its foldings, and the results on them in a database."""
+"""Show a design: its circuit, its foldings, and the results on them in a database; or a pattern of a file."""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
+from hcsearch.cases.pattern_files import DrawnDesign, is_pattern_file, read_pattern_file
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, no_folding_reason, split_crease
 from hcsearch.designs.panel_sizes import PanelSize, default_panel
 from hcsearch.designs.twisting import twist
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.system.outputs import check_output
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
     from hcsearch.cases.databases import Place
     from hcsearch.cases.stored_designs import StoredDesign
+    from hcsearch.search.own_patterns.checked_patterns import CheckedPattern
 
 
 @dataclass(frozen=True)
@@ -62,22 +64,23 @@ def show(
     db: Place | None = None,
     scene: str | None = None,
     panel: str | None = None,
-) -> ShownDesign:
-    """Look up a design and its foldings, as `hcsearch show` prints them.
+) -> ShownDesign | CheckedPattern:
+    """Look up a design and its foldings, or a pattern of a file, as `hcsearch show` prints them.
 
     Parameters
     ----------
     design
         Its id in the database, the notation of its circuit, which needs no database, DESIGN:CREASE for one of its
-        foldings, or a case, which is shown in its scene.
+        foldings, a file `.fold`, `.urdf`, `.xml` or `.mjcf`, or a case, which is shown in its scene.
     db, scene, panel
         As in `deploy`. Where a scene or panels are given, the paths and deployments are those in this scene; else in
         all.
 
     Returns
     -------
-    ShownDesign
-        The design, and its foldings with their results.
+    ShownDesign or CheckedPattern
+        The design, and its foldings with their results; of a file that draws no design of a grid, the degrees of
+        freedom and the locks.
 
     Examples
     --------
@@ -88,6 +91,8 @@ def show(
     check_kinds(show, locals())
     if not isinstance(design, str | Circuit | Folding):
         return _of_case(design)
+    if isinstance(design, str) and is_pattern_file(design):
+        return _of_file(design, db, scene, panel)
     name, crease = _split(design)
     if ":" not in name:
         stored = _stored(name, db, scene, panel)
@@ -109,14 +114,15 @@ def show_page(
     scene: str | None = None,
     panel: str | None = None,
 ) -> Path:
-    """Write the HTML page of a design or an assembly, as `hcsearch show --html` does; return its path.
+    """Write the HTML page of a design, an assembly or a pattern, as `hcsearch show --html` does; return its path.
 
     Parameters
     ----------
     design, db, scene, panel
         As in `show`, or the name of an assembly; a circuit is shown in the scene `default`.
     path
-        The file to write, by default reports/design-DESIGN.html or reports/assembly-NAME.html.
+        The file to write, by default reports/design-DESIGN.html, reports/assembly-NAME.html or
+        reports/pattern-NAME.html.
 
     Returns
     -------
@@ -130,6 +136,8 @@ def show_page(
     check_kinds(show_page, locals())
     if isinstance(design, str) and design in ASSEMBLIES:
         return _assembly_page(design, path, db, scene=scene, panel=panel)
+    if isinstance(design, str) and is_pattern_file(design):
+        return _file_page(design, path, db, scene=scene, panel=panel)
     name, crease = _split(design)
     given = name if crease is None else f"{name}:{crease}"
     place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
@@ -156,6 +164,34 @@ def _assembly_page(
     check_output(str(place))
     case = resolve(name, db, scene=scene, panel=panel)
     return write_assembly(name, case, place, "" if scene is None else f" --scene {shlex.quote(scene)}")
+
+
+def _of_file(path: str, db: Place | None, scene: str | None, panel: str | None) -> ShownDesign | CheckedPattern:
+    """The design that a file draws, with the foldings of its assignment, or its pattern."""
+    from hcsearch.search.own_patterns.checked_patterns import pattern_mobility  # noqa: PLC0415 - few names are files
+
+    drawn = read_pattern_file(path, panel)
+    if isinstance(drawn, DrawnDesign):
+        shown = show(drawn.design.circuit, db=db, scene=scene, panel=drawn.panel)
+        assert isinstance(shown, ShownDesign)
+        return replace(shown, foldings=drawn.design.foldings)
+    if scene is not None:
+        raise HcsearchError("the properties of a pattern depend on no scene: ask for a page, or leave the scene out")
+    return pattern_mobility(path, drawn.packed, Scene())
+
+
+def _file_page(name: str, path: str | Path | None, db: Place | None, *, scene: str | None, panel: str | None) -> Path:
+    """Write the page of the folding or the pattern that a file draws."""
+    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - texts do without pages and their engine
+    from hcsearch.web.report.pattern_page import write_pattern  # noqa: PLC0415
+
+    place = Path(path or f"reports/pattern-{Path(name).stem}.html")
+    check_output(str(place))
+    case = resolve(name, db, scene=scene, panel=panel)
+    if case.folding is not None:
+        return show_page(case.folding, place, db=db, scene=scene, panel=panel)
+    options = [("--scene", scene), ("--panel", panel)]
+    return write_pattern(case, place, "".join(f" {key} {shlex.quote(value)}" for key, value in options if value))
 
 
 def _of_case(case: Case) -> ShownDesign:

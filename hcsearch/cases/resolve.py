@@ -17,7 +17,13 @@ from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case, CaseSubject, NamedAssembly, StoredFolding
 from hcsearch.cases.databases import Place, database_snapshot
 from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
-from hcsearch.cases.pattern_files import DrawnPattern, is_pattern_file, only_drawn_folding, read_pattern_file
+from hcsearch.cases.pattern_files import (
+    PATTERN_SUFFIXES,
+    DrawnPattern,
+    is_pattern_file,
+    only_drawn_folding,
+    read_pattern_file,
+)
 from hcsearch.cases.stored_scenes import only_scene, read_scene, scene_database
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
@@ -26,6 +32,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.scenes.looks import SceneVariant, first_variant, variant_parts
 from hcsearch.scenes.scene import with_size
 from hcsearch.scenes.scene_file import SUBJECT_KEYS, read_scene_file, scene_file_text, scene_in, scene_with
+from hcsearch.scenes.values import shown_value
 from hcsearch.shape.linkage import Linkage
 from hcsearch.store.failures import retry_if_changed
 
@@ -150,7 +157,10 @@ def _resolved(name: str, arguments: _Arguments, db: Place | None, folding: Foldi
     content = read_scene_file(name) if name.endswith(".toml") else {}
     if name.endswith(".toml") and not {*SUBJECT_KEYS} & set(content):
         raise SceneError(f"{name} must name a design, an assembly or a pattern: write design = 'hex:0234550132:4'")
-    subject = str(next((content[key] for key in SUBJECT_KEYS if key in content), name))
+    key = next((key for key in SUBJECT_KEYS if key in content), None)
+    subject = name if key is None else str(content[key])
+    if key is not None:
+        _check_key(name, key, subject)
     if folding is None and subject in ASSEMBLIES:
         return _of_assembly(name, subject, content, arguments, db)
     if folding is None and is_pattern_file(subject):
@@ -164,6 +174,16 @@ def _resolved(name: str, arguments: _Arguments, db: Place | None, folding: Foldi
             f"{subject} is a design, which has no parameters: leave out [parameters], or name an assembly"
         )
     return _of_design(name, subject if folding is None else folding.notation, content, arguments, db, folding)
+
+
+def _check_key(path: str, key: str, subject: str) -> None:
+    """Refuse a scene file that names what is deployed by the key of another kind."""
+    is_design = is_id(subject) or ":" in subject
+    fits = "assembly" if subject in ASSEMBLIES else "pattern" if is_pattern_file(subject) else "design"
+    if fits != key and (fits != "design" or is_design):
+        raise SceneError(f"{path} has {key} = {shown_value(subject)}: write {fits} = {shown_value(subject)}")
+    if key == "pattern" and fits != "pattern":
+        raise SceneError(f"{path} has pattern = {shown_value(subject)}: name a file {', '.join(PATTERN_SUFFIXES)}")
 
 
 def _of_design(

@@ -1,4 +1,4 @@
-"""The travel of a case's folding: by the motion that gave its status, else by springs, else along a planned path."""
+"""The travel of a case: by the motion that gave its status, else by springs, else along a planned path."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.case import Case
+from hcsearch.cases.pattern_files import DrawnPattern
 from hcsearch.cases.replay_sources import find_path
 from hcsearch.scenes import Scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
@@ -22,21 +23,23 @@ class MovedCase(NamedTuple):
 
 
 def travel_of_case(case: Case) -> MovedCase:
-    """Return the travel of a folding in the scene of its case.
+    """Return the travel of a folding, or of a pattern of a file, in the scene of its case.
 
-    HcsearchError for an assembly, a drive, and a folding that neither springs nor a proved path open.
+    HcsearchError for an assembly, a drive, and what neither springs nor a proved path open.
     """
+    if isinstance(case.what, DrawnPattern):
+        case.check_moved()
+        return _of_pattern(case)
     folding = case.to_move() if case.look_of != "name" else case.folding
     if folding is None:
         raise HcsearchError(f"{case.title} is no folding: name DESIGN:CREASE")
     stored, reason = case.stored, ""
     proved = stored is not None and stored.verdict is not None and stored.verdict.status == "movable"
     if not proved:
-        deployment = simulate_deployment(case.linkage, case.setup)
-        if deployment.deploys:
-            source = f"springs, {case.sentence or deployment.reason}"
-            return MovedCase(travel_of_deployment(deployment, case.scene), case.joined_scene, source)
-        reason = f"springs do not open it ({deployment.reason}); "
+        by_springs = _by_springs(case)
+        if isinstance(by_springs, MovedCase):
+            return by_springs
+        reason = by_springs
     if stored is not None and stored.damage is not None:
         raise stored.damage
     if stored is not None and stored.path is not None and stored.path.way is not None:
@@ -44,12 +47,36 @@ def travel_of_case(case: Case) -> MovedCase:
     else:
         _, motion, note = find_path(case)
         if motion.margin is None or motion.way is None or motion.states is None:
-            raise HcsearchError(
-                f"{folding.notation} has no motion for a flight sheet: {reason}no path is proved; see hcsearch drive "
-                f"{folding.notation}"
-            )
+            raise _no_motion(folding.notation, reason)
         way, states = motion.way, motion.states
     linkage = folding.linkage(case.panel, flat_pairs=way)
     scene = replace(case.joined_scene, flat_pairs=(way,))
     source = f"{reason}{note or f'a proved path, flat pairs {way}'}"
     return MovedCase(travel_along(linkage, case.scene, states), scene, source)
+
+
+def _of_pattern(case: Case) -> MovedCase:
+    """Return the travel of a pattern."""
+    by_springs = _by_springs(case)
+    if isinstance(by_springs, MovedCase):
+        return by_springs
+    _, motion, _ = find_path(case)
+    if motion.margin is None or motion.states is None:
+        raise _no_motion(case.title, by_springs)
+    return MovedCase(travel_along(case.linkage, case.scene, motion.states), case.scene, f"{by_springs}a proved path")
+
+
+def _by_springs(case: Case) -> MovedCase | str:
+    """Return the travel by springs; where they do not open the case, the beginning of a sentence that says so."""
+    deployment = simulate_deployment(case.linkage, case.setup)
+    if deployment.deploys:
+        source = f"springs, {case.sentence or deployment.reason}"
+        return MovedCase(travel_of_deployment(deployment, case.scene), case.joined_scene, source)
+    return f"springs do not open it ({deployment.reason}); "
+
+
+def _no_motion(title: str, reason: str) -> HcsearchError:
+    """Return the error for a case that does not move; reason : why springs do not move it."""
+    return HcsearchError(
+        f"{title} has no motion for a flight sheet: {reason}no path is proved; see hcsearch drive {title}"
+    )

@@ -80,17 +80,17 @@ def export_options(command: Command) -> Command:
 
 def folding_options(command: Command) -> Command:
     """Add the same for a folding whose motion has no time limit, with any joining of flat pairs."""
-    return _options(command, "DESIGN:CREASE|FILE.toml", "either")
+    return _options(command, "DESIGN:CREASE|FILE.toml|FILE.fold", "either")
 
 
 def circuit_options(command: Command) -> Command:
     """Add the same for a circuit of which all foldings are tried."""
-    return _options(command, "FILE.fold|CIRCUIT", "either", _SECONDS)
+    return _options(command, "FILE.fold|FILE.toml|CIRCUIT", "either", _SECONDS)
 
 
 def proof_options(command: Command) -> Command:
     """Add the same for a folding whose motion is proved, without loads on its panels."""
-    return _panel_options(command, "DESIGN:CREASE", "either")
+    return _panel_options(command, "DESIGN:CREASE|FILE.fold", "either")
 
 
 def linkage_options(command: Command) -> Command:

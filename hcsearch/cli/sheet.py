@@ -1,4 +1,4 @@
-"""`hcsearch sheet`: a folding against the rules of a standard for space mechanisms."""
+"""`hcsearch sheet`: a folding or a pattern against the rules of a standard for space mechanisms."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from hcsearch.cli.options import examples_epilog, json_option
         "hcsearch sheet hex:0234550132:4 --scene solar.toml",
         "hcsearch sheet hex:0234550132:4 --friction 0.001 --output sheet.html",
         "hcsearch sheet 17:4 --scene solar.toml --rules house.toml --output sheet.tex",
+        "hcsearch sheet strip.fold --friction 0.001",
     )
 )
 @folding_options
@@ -34,7 +35,7 @@ from hcsearch.cli.options import examples_epilog, json_option
 @json_option
 @click.option("--output", metavar="FILE", help="Write the sheet to a file .html, .md, .tex or .txt instead.")
 def sheet(name: str, as_json: bool, **options: Any) -> None:
-    """Compare a folding with the rules of a standard.
+    """Compare a folding, or a pattern of your own, with the rules of a standard.
 
     The sheet gives each rule with its clause, the figure and whether it passes: torque margin over the whole travel,
     also with one spring failed, clearance over tolerances, frequency, flatness and room where the standard or the scene

@@ -1,4 +1,4 @@
-"""`hcsearch show`: one design or one folding in full."""
+"""`hcsearch show`: one design, folding, assembly or pattern in full."""
 
 from __future__ import annotations
 
@@ -24,19 +24,21 @@ if TYPE_CHECKING:
         "hcsearch show hex:0234550132",
         "hcsearch show 17 --html --output design.html",
         "hcsearch show unit-ii --html",
+        "hcsearch show strip.fold --html",
     )
 )
-@click.argument("design", metavar="DESIGN[:CREASE]|ASSEMBLY")
+@click.argument("design", metavar="DESIGN[:CREASE]|ASSEMBLY|FILE.fold")
 @database_option
 @scene_options
 @click.option("--html", "as_html", is_flag=True, help="Write a page with all results, plots, and motions to play.")
 @click.option(
     "--output",
     metavar="FILE",
-    help="The file of the page.  [default: reports/design-DESIGN.html or reports/assembly-ASSEMBLY.html]",
+    help="The file of the page.  [default: reports/design-DESIGN.html, reports/assembly-ASSEMBLY.html or "
+    "reports/pattern-FILE.html]",
 )
 def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bool, output: str | None) -> None:
-    """Print a design and its foldings, or an assembly of the thesis, or write a page.
+    """Print a design and its foldings, an assembly of the thesis or a pattern of your own, or write a page.
 
     A design is named by its id in the database or by the notation of its circuit, which may be in any position, order
     or direction and needs no database. DESIGN:CREASE shows one folding. Creases have the numbers of the canonical
@@ -47,7 +49,8 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
     are those in a scene, and so are all results on the page; for a circuit, motions are planned and simulated anew.
 
     For an assembly, the command prints its properties like `hcsearch assembly`, and the page plays its motion by
-    springs.
+    springs. For a pattern of panels, FILE.fold, or a model .urdf, .xml or .mjcf, it prints the degrees of freedom and
+    the locks, and the page also plays the planned path; a file that draws a design stands for it.
     """
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
@@ -66,6 +69,10 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
         print_facts(describing.describe(design))
         return
     shown = showing.show(design, db=db, scene=scene, panel=panel)
+    if not isinstance(shown, showing.ShownDesign):
+        for label, text in shown.rows():
+            click.echo(f"{label:21}{text}")
+        return
     _print_circuit(shown)
     if not shown.foldings:
         click.echo(f"\nno two-stack folding: {shown.no_folding_reason}")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections import defaultdict
-from collections.abc import Collection, Hashable, Iterable, Sequence
+from collections.abc import Collection, Hashable, Iterable, Iterator, Sequence
 from itertools import islice
 from typing import TypeVar
 
@@ -27,6 +27,7 @@ SAME_POINT_SHARE = 1e-7
 """Points nearer than this share of the smallest facet's size are the same."""
 
 _Node = TypeVar("_Node", bound=Hashable)
+_Corner = TypeVar("_Corner")
 
 
 def polygon_mesh(polygons: Sequence[Facet]) -> tuple[tuple[PlanePoint, ...], tuple[tuple[int, ...], ...]]:
@@ -66,9 +67,9 @@ def _levels(values: Reals, tolerance: float) -> list[int]:
     return ranks
 
 
-def sides_of(face: Sequence[int]) -> Iterable[Edge]:
-    """The sides of a face, or of any closed walk."""
-    return zip(face, (*face[1:], face[0]), strict=True)
+def sides_of(walk: Sequence[_Corner]) -> Iterator[tuple[_Corner, _Corner]]:
+    """The sides of a closed walk, such as the vertices or the corners of a face: each of them with the next."""
+    return zip(walk, (*walk[1:], *walk[:1]), strict=True)
 
 
 def outline_of(faces: Iterable[Sequence[int]], vertices: Sequence[PlanePoint]) -> tuple[tuple[int, ...], ...]:

@@ -1,4 +1,4 @@
-"""Input files of bounded size: UTF-8 text and TOML."""
+"""Input files of bounded size: bytes, UTF-8 text and TOML."""
 
 from __future__ import annotations
 
@@ -23,8 +23,21 @@ _LONG_KEY = re.compile(rf"(?:\.[^][{{}}=,.\n]*){{{_MOST_PARTS}}}")
 def read_text_file(path: str | Path, what: str = "", max_bytes: int = MAX_INPUT_BYTES) -> str:
     """Return the text of a UTF-8 file, without a byte order mark.
 
+    what, max_bytes : as of `read_binary_file`. Errors: InputFileError as of that, and for a file that is no UTF-8 text.
+    """
+    content = read_binary_file(path, what, max_bytes)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        named = f"{what} {path}".strip()
+        raise InputFileError(f"cannot read {named}: it is no text file; save it as UTF-8 text") from error
+
+
+def read_binary_file(path: str | Path, what: str = "", max_bytes: int = MAX_INPUT_BYTES) -> bytes:
+    """Return the content of a file.
+
     what : expected content for messages, such as "the table". max_bytes : limit of the size. Errors: InputFileError for
-    a missing file, a folder, a pipe or a device (reading might never end), a file above the limit or no UTF-8 text.
+    a missing file, a folder, a pipe or a device (reading might never end), and a file above the limit.
     """
     named = f"{what} {path}".strip()
     try:
@@ -41,10 +54,7 @@ def read_text_file(path: str | Path, what: str = "", max_bytes: int = MAX_INPUT_
         raise InputFileError(f"cannot read {named}: no file has such a name; name a file that is there") from error
     if len(content) > max_bytes:
         raise InputFileError(f"cannot read {named}: it is larger than {_size(max_bytes)}; leave out what is not needed")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputFileError(f"cannot read {named}: it is no text file; save it as UTF-8 text") from error
+    return content
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:

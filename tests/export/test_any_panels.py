@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from hcsearch import check, deploy, drive, replay, save
 from hcsearch.api.driving import DriveOptions
-from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError, PatternError
 from hcsearch.cases.resolve import resolve
 from hcsearch.export.fold import fold_of
 from hcsearch.library.assemblies import ASSEMBLIES
@@ -203,7 +203,10 @@ _RIGHT = [(1.0, 0.0), (2.0, 0.1), (2.0, 0.9), (1.0, 1.0)]
             drawing_of([_LEFT, _SQUARE], {(0, 1): "M"}, **{"hcsearch:thickness": 1e-300}),
             "the longest edge is 50 mm and the thickness .* mm: take lengths from",
         ),
-        (drawing_of([_LEFT, _SQUARE], {(0, 1): ("U", 40)}), r"is unassigned \(U\), and the file states a state with"),
+        (
+            drawing_of([_LEFT, _SQUARE, _RIGHT], {(0, 1): ("M", -40), (1, 2): ("U", 0)}),
+            r"is unassigned \(U\), and the file states a state with",
+        ),
     ],
 )
 def test_what_is_no_linkage_of_panels_is_refused_in_one_line(data, message, tmp_path, capfd):
@@ -271,7 +274,37 @@ def test_a_scene_file_names_a_pattern_in_its_own_folder(tmp_path):
     assert case.facts["pattern"] == str(tmp_path / "u.fold")
 
 
-@pytest.mark.parametrize(("angle", "letter"), [(180, "V"), (-180, "M")])
-def test_the_sign_of_a_closed_unassigned_crease_is_its_assignment(angle, letter):
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("pattern = 'unit-ii'", "write assembly = 'unit-ii'"),
+        ("pattern = 'hex:0234550132:4'", "write design = 'hex:0234550132:4'"),
+        ("pattern = 'unit'", "name a file .fold, .urdf, .xml, .mjcf"),
+        ("design = 'u.fold'", "write pattern = 'u.fold'"),
+        ("assembly = '17:4'", "write design = '17:4'"),
+        ("assembly = 'unit-9'", "there is no assembly 'unit-9'"),
+    ],
+)
+def test_each_key_of_a_scene_file_names_its_own_kind(line, message, tmp_path):
+    (tmp_path / "case.toml").write_text(line)
+    with pytest.raises(HcsearchError, match=message):
+        resolve(str(tmp_path / "case.toml"), "none.sqlite")
+
+
+def test_a_scene_file_is_checked_with_its_pattern_and_its_springs(tmp_path):
+    written(tmp_path, strip([2.0, 1.5, 1.8], "MV"))
+    (tmp_path / "case.toml").write_text("name = 'stiff'\npattern = 'own.fold'\nscene.spring = 'linear:0.3'\n")
+    checked = check(str(tmp_path / "case.toml"), db="none.sqlite")
+    assert (checked.status, checked.scene.name, checked.scene.spring) == ("deploys", "stiff", "linear:0.3")
+
+
+@pytest.mark.parametrize("panel", ["0x0", "50", "50x40x6", "across 50x6", "1e9x6"])
+def test_a_size_that_no_pattern_has_is_refused_with_the_sizes_of_one(panel):
+    with pytest.raises(PatternError, match="write its longest edge x the thickness, each from"):
+        packed_of(strip([1.0, 1.0], "M"), panel)
+
+
+@pytest.mark.parametrize(("angle", "letter"), [(180, "V"), (-180, "M"), (30, "V"), (-90, "M")])
+def test_the_sign_of_an_angle_of_an_unassigned_crease_is_its_assignment(angle, letter):
     (join,) = parse_fold(json.dumps(strip([1.0, 1.0], [("U", angle)])), "a.fold").joins.values()
     assert join.assignment == letter

@@ -1,11 +1,14 @@
 """Models for simulators, read back: the same mechanism as that which was exported."""
 
+import os
 import re
+import struct
 
 import numpy as np
 import pytest
 
 from hcsearch import save
+from hcsearch.basics.errors import InputFileError
 from hcsearch.cases.resolve import resolve
 from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
 from tests.commands import run_here
@@ -72,9 +75,10 @@ def _area(facet):
         (
             "other.xml",
             "<mujoco><worldbody><body name='a' pos='0 0 0'><geom type='box'/></body></worldbody></mujoco>",
-            "no keyframe",
+            "mujoco has no keyframe",
         ),
         ("other.mjcf", "<mujoco", "is no model, which is XML"),
+        ("other.xml", "<!DOCTYPE mujoco [<!ENTITY a 'aaa'>]><mujoco/>", "it declares a document type"),
     ],
 )
 def test_models_of_other_programs_are_refused_in_one_line(name, text, message, tmp_path, capfd):
@@ -83,3 +87,81 @@ def test_models_of_other_programs_are_refused_in_one_line(name, text, message, t
     result = run_here(["check", str(path)], capfd)
     assert (result.returncode, result.stdout, len(result.stderr.splitlines())) == (2, "", 1)
     assert re.search(message, result.stderr)
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """The files of one URDF model, by name."""
+    folder = tmp_path_factory.mktemp("urdf")
+    return {path.name: path.read_bytes() for path in save("element-6r", folder / "a.urdf")}
+
+
+@pytest.fixture
+def folder(exported, tmp_path):
+    """A folder with a copy of the model."""
+    for name, content in exported.items():
+        (tmp_path / name).write_bytes(content)
+    return tmp_path
+
+
+def _as_text(content):
+    """A binary STL file as text."""
+    lines = ["solid panel"]
+    for numbers in struct.iter_unpack("<12f2x", content[84:]):
+        corners = (numbers[k : k + 3] for k in (3, 6, 9))
+        vertices = [f"vertex {' '.join(map(repr, corner))}" for corner in corners]
+        lines += ["facet normal 0 0 1", "outer loop", *vertices, "endloop", "endfacet"]
+    return "\n".join([*lines, "endsolid panel", ""]).encode()
+
+
+def test_meshes_may_be_text_and_may_have_titles_like_text(folder, exported):
+    given = resolve(str(folder / "a.urdf")).linkage.pattern
+    for path in folder.glob("*.stl"):
+        path.write_bytes(_as_text(exported[path.name]))
+    (folder / "a.panel_0.stl").write_bytes(b"solid title".ljust(80) + exported["a.panel_0.stl"][80:])
+    assert resolve(str(folder / "a.urdf")).linkage.pattern == given
+
+
+def test_meshes_lie_beside_the_model_whichever_folder_it_names(folder, exported):
+    named = exported["a.urdf"].replace(b"a.panel", b"/elsewhere/../meshes/a.panel")
+    (folder / "a.urdf").write_bytes(named)
+    assert resolve(str(folder / "a.urdf")).linkage.n_panels == 6
+
+
+_STL, _URDF, _CLOSURES = "a.panel_0.stl", "a.urdf", "a.closure.json"
+
+
+@pytest.mark.parametrize(
+    ("file", "change", "message"),
+    [
+        (_STL, lambda content: content[:-7], "a.panel_0.stl is no sound STL file: it has .* bytes where"),
+        (_STL, lambda content: _as_text(content)[:-40], r"its text breaks off after \d+ triangles"),
+        (_STL, lambda content: content[:100] + b"\xff" * 8 + content[108:], "a coordinate that is no number"),
+        (_STL, lambda content: content[:80] + bytes(4), "it has no triangle"),
+        (_URDF, lambda text: text.replace(b'rpy="0 0 0"', b'rpy="0 0 1"'), r"has a rotated origin \(rpy\)"),
+        (_URDF, lambda text: text.replace(b'type="revolute"', b'type="fixed"', 1), "'hinge_0' is fixed, where"),
+        (_URDF, lambda text: re.sub(rb'axis xyz="[^"]*"', b'axis xyz="0 0 1"', text), "not in the plane of the"),
+        (_URDF, lambda text: re.sub(rb'axis xyz="[^"]*"', b'axis xyz="1 x 0"', text), "axis of joint 'hinge_0' has"),
+        (_CLOSURES, lambda text: text.replace(b"start_rad", b"start"), "joint 'hinge_0' has no number start_rad"),
+        (_CLOSURES, lambda _: b"{}", "a.closure.json is no model that .*: 'joints' is missing"),
+    ],
+)
+def test_damaged_models_are_refused_with_the_damaged_part(file, change, message, folder, exported):
+    (folder / file).write_bytes(change(exported[file]))
+    with pytest.raises(InputFileError, match=message):
+        resolve(str(folder / "a.urdf"))
+
+
+def test_a_joint_that_lies_on_no_edge_is_refused(tmp_path):
+    (path,) = save("element-6r", tmp_path / "a.xml")
+    text = re.sub(r'(<joint name="hinge_2"[^>]*axis=")[^"]*"', r'\1 1 0.3 0"', path.read_text())
+    path.write_text(text)
+    with pytest.raises(InputFileError, match="joint 'hinge_2' lies on no edge that links 'panel_2' and 'panel_3'"):
+        resolve(str(path))
+
+
+def test_a_mesh_that_is_a_pipe_is_refused(folder):
+    (folder / "a.panel_0.stl").unlink()
+    os.mkfifo(folder / "a.panel_0.stl")
+    with pytest.raises(InputFileError, match=r"cannot read the mesh .*: it is a pipe or a device"):
+        resolve(str(folder / "a.urdf"))

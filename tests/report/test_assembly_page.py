@@ -5,14 +5,16 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.api.describing import describe
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cases.resolve import resolve
 from hcsearch.cli.assembly import assembly
 from hcsearch.cli.show import show
 from hcsearch.designs.grid import GRIDS
 from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
-from hcsearch.web.report.assembly_page import fetch_assembly_data, render_assembly
+from hcsearch.web.report.assembly_page import fetch_assembly_data
 from hcsearch.web.report.lead_sentences import PANEL_WORDS
+from hcsearch.web.report.linkage_page import render_linkage
 from tests.report.pages import Page, data_of
 
 UNIT = "unit-ii"
@@ -24,7 +26,7 @@ def data():
 
 
 def test_the_page_of_an_assembly_plays_its_motion_and_holds_its_properties(data):
-    text = render_assembly(data)
+    text = render_linkage(data)
     page = Page(text)
     texts = {text.strip() for _, text in page.texts}
     assert data.sentence == (
@@ -32,8 +34,9 @@ def test_the_page_of_an_assembly_plays_its_motion_and_holds_its_properties(data)
         "0.261 s, and its panels are certified not to collide."
     )
     assert data.sentence in texts
-    assert {value for _, value in fact_rows(data.facts)} <= texts
-    assert {value for _, value, _ in published_rows(data.facts)} <= texts
+    facts = describe(UNIT)
+    assert {value for _, value in fact_rows(facts)} <= texts
+    assert {value for _, value, _ in published_rows(facts)} <= texts
     assert data_of(text) == [motion.payload for motion in data.motions]
     (motion,) = data.motions
     assert motion.command == "hcsearch deploy unit-ii"
@@ -54,7 +57,7 @@ def test_where_springs_do_not_open_an_assembly_its_motion_is_followed():
 
 def test_hostile_text_stays_text(data):
     hostile = "</script><script>alert(1)</script>"
-    text = render_assembly(replace(data, title=hostile, sentence=hostile, commands=[(hostile, hostile)]))
+    text = render_linkage(replace(data, title=hostile, sentence=hostile, commands=[(hostile, hostile)]))
     assert Page(text).count("script") == 3
     assert "<script>alert" not in text
 

@@ -147,7 +147,10 @@ def array_data(linkage: Linkage) -> dict[str, Any]:
     facets = [] if frame is None else [frame.points(np.array(facet)) for facet in pattern.facets]
     lattice = [facet.tolist() for facet in facets if facet is not None]
     if frame is None or len(lattice) < len(facets):
-        raise HcsearchError("certificates are written for arrays on a tiling: this one is on none")
+        raise HcsearchError(
+            "certificates hold whole numbers, on the lattice of a tiling, and this pattern is on none: see what "
+            "hcsearch check says of it"
+        )
     return {
         "unit": str(Fraction(frame.unit).limit_denominator(10**15)),
         "root": frame.q,
@@ -202,8 +205,11 @@ def path_claim(linkage: Linkage, tubes: Sequence[Tube], margin: float) -> dict[s
     return {"kind": "path", "array": data, "margin": repr(float(margin)), "stretches": stretches}
 
 
-def certificate(claims: Sequence[dict[str, Any]], of: str, panel_mm: str) -> dict[str, Any]:
-    """Return the certificate of a folding, with its checksum."""
+def certificate(claims: Sequence[dict[str, Any]], of: str, panel_mm: str | None) -> dict[str, Any]:
+    """Return the certificate of a folding, or of a pattern, with its checksum.
+
+    of : the notation of the folding, or the name of the pattern. panel_mm : None for a pattern.
+    """
     kind = {"format": CERTIFICATE_FORMAT, "version": CERTIFICATE_VERSION}
     data: dict[str, Any] = {**kind, "of": of, "panel_mm": panel_mm, "claims": list(claims)}
     return {**data, "sha256": checksum(data)}

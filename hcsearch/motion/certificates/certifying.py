@@ -1,4 +1,4 @@
-"""Certificates of foldings: the proof of a path or of a lock, written so that independent checkers can repeat it."""
+"""Certificates of foldings and patterns: the proof of a path or of a lock, which independent checkers can repeat."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from hcsearch.motion.certificates.certificate_data import (
     lock_claim,
     path_claim,
 )
-from hcsearch.motion.planning.motion_search import PlannedMotion, plan_motion, proof_margins
+from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion, plan_motion, proof_margins
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.schedule import LOOSE_SEARCH_ROUNDS
@@ -65,32 +65,57 @@ def prove_folding(
         )
     allowed = [way for way in ways if folding.can_join(way)]
     motion = plan_motion(folding, panel, allowed, margin, budget=budget)
+    linkages = {way: folding.linkage(panel, flat_pairs=way) for way in allowed}
+    return _certified(linkages, motion, margin, budget, folding.notation, panel_text(panel))
+
+
+def prove_pattern(
+    linkage: Linkage, name: str, margin: float | None, budget: int = DEFAULT_PROOF_BUDGET
+) -> tuple[dict[str, Any], list[str]]:
+    """Prove a path or a lock of a pattern that is no design, as `prove_folding`; name : of its file.
+
+    HcsearchError also where its points lie on no lattice of a tiling, in whose whole numbers certificates are written.
+    """
+    array_data(linkage)  # before the search: it refuses what no certificate holds
+    motion = plan_linkage_motion(linkage, margin, budget=budget)
+    return _certified({"hinged": linkage}, motion, margin, budget, name, None)
+
+
+def _certified(
+    linkages: Mapping[Way, Linkage],
+    motion: PlannedMotion,
+    margin: float | None,
+    budget: int,
+    name: str,
+    panel_mm: str | None,
+) -> tuple[dict[str, Any], list[str]]:
+    """Return the certificate of a motion or a lock, and its claims as sentences; HcsearchError without either."""
     if not motion.locked and motion.margin is None:
         raise HcsearchError(
-            f"neither a path nor a lock of {folding.notation} is proved by {budget} efforts: give --budget {budget + 2}"
+            f"neither a path nor a lock of {name} is proved by {budget} efforts: give --budget {budget + 2}"
         )
-    checked = _locks(folding, panel, motion) if motion.locked else [_path(folding, panel, motion, margin)]
-    data = certificate([claim for claim, _ in checked], folding.notation, panel_text(panel))
+    checked = _locks(linkages, motion, name) if motion.locked else [_path(linkages, motion, margin, name)]
+    data = certificate([claim for claim, _ in checked], name, panel_mm)
     return data, [_sentence(data, claim, proved) for claim, proved in checked]
 
 
-def _locks(folding: Folding, panel: PanelSize, motion: PlannedMotion) -> list[CheckedClaim]:
+def _locks(linkages: Mapping[Way, Linkage], motion: PlannedMotion, name: str) -> list[CheckedClaim]:
     """Claims that a folding is locked: with hinged pairs, which covers all other ways, or in each way."""
     known = dict(motion.locks)
     ways: list[Way] = ["hinged"] if "hinged" in known else [*known]
-    claims = [{**lock_claim(folding.linkage(panel, flat_pairs=way), known[way]), "pairs": way} for way in ways]
+    claims = [{**lock_claim(linkages[way], known[way]), "pairs": way} for way in ways]
     try:
         return [(claim, CLAIM_CHECKERS[claim["kind"]](claim)) for claim in claims]
     except lock_checker.NotProvedError as refused:
         raise HcsearchError(
-            f"the checker does not confirm the lock of {folding.notation}: {refused}; give other panels"
+            f"the checker does not confirm the lock of {name}: {refused}; give other panels"
         ) from refused
 
 
-def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: float | None) -> CheckedClaim:
+def _path(linkages: Mapping[Way, Linkage], motion: PlannedMotion, margin: float | None, name: str) -> CheckedClaim:
     """Return a path claim that the checker proves: of the planned path, or of another in the same way."""
     assert motion.way is not None
-    linkage = folding.linkage(panel, flat_pairs=motion.way)
+    linkage = linkages[motion.way]
     prover, margins, refusal = Prover(linkage), proof_margins(linkage, margin), ""
     for states in _candidates(linkage, motion, margins[-1]):
         proof = prover.prove(states, margins)
@@ -101,7 +126,7 @@ def _path(folding: Folding, panel: PanelSize, motion: PlannedMotion, margin: flo
             return {**claim, "pairs": motion.way}, path_checker.checked(claim)
         except path_checker.NotProvedError as refused:
             refusal = str(refused)
-    raise HcsearchError(f"the checker confirms no path of {folding.notation}: {refusal}; give other panels")
+    raise HcsearchError(f"the checker confirms no path of {name}: {refusal}; give other panels")
 
 
 def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Iterator[Reals]:
@@ -141,7 +166,12 @@ def verify_certificate(data: Any) -> list[str]:
 
 
 def _verified(data: Mapping[str, Any], claim: Any) -> str:
-    """Check that a claim is of the named array, and prove it; return it as a sentence."""
+    """Check that a claim is of the named array, and prove it; return it as a sentence.
+
+    The array of a pattern is that which the certificate holds, as its file is not at hand.
+    """
+    if data.get("panel_mm", "") is None:
+        return _verified_pattern(data, claim)
     try:
         folding, panel, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["array"]
         way = WAYS[WAYS.index(claim["pairs"])]
@@ -157,6 +187,20 @@ def _verified(data: Mapping[str, Any], claim: Any) -> str:
         raise CertificateError(str(refused)) from refused
 
 
+def _verified_pattern(data: Mapping[str, Any], claim: Any) -> str:
+    """Prove a claim on a pattern; return it as a sentence."""
+    try:
+        check = CLAIM_CHECKERS[claim["kind"]]
+        return _sentence(data, claim, check(claim))
+    except (KeyError, TypeError, AttributeError) as error:
+        raise CertificateError(f"it names no pattern or claim ({error})") from error
+    except REFUSAL_ERRORS as refused:
+        raise CertificateError(str(refused)) from refused
+
+
 def _sentence(data: Mapping[str, Any], claim: Mapping[str, Any], proved: str) -> str:
-    """The proved claim as a sentence, with its folding and panels."""
+    """The proved claim as a sentence, with its folding and panels, or with the size of its pattern."""
+    if data["panel_mm"] is None:
+        panels, hinges = (len(claim["array"][key]) for key in ("panels", "hinges"))
+        return f"the pattern of {panels} panels and {hinges} hinges in the certificate, named {data['of']!r}: {proved}"
     return f"{data['of']}, {claim['pairs']} flat pairs, panels of {data['panel_mm']} mm: {proved}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import singledispatchmethod
+from typing import NamedTuple
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.vocabulary import Way
@@ -38,6 +39,14 @@ from hcsearch.shape.linkage import Linkage
 
 MAX_FAILED_PROOFS = 3
 """Greatest number of failed proofs in each way of an effort: other seeds hardly help then."""
+
+
+class ProvedPath(NamedTuple):
+    """A proved path: how flat pairs are joined, the course of the hinges, and the play of each face, m."""
+
+    way: Way
+    course: Course
+    margin: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +86,13 @@ class PlannedMotion(ByValue):
     def margin(self) -> float | None:
         """The least play for each face (m) with which a path is proved; None without a proved path."""
         return None if self.proof is None else self.proof.margin
+
+    @property
+    def proved(self) -> ProvedPath | None:
+        """The proved path; None without one."""
+        if self.way is None or self.proof is None or self.proof.motion is None or self.proof.margin is None:
+            return None
+        return ProvedPath(self.way, self.proof.motion, self.proof.margin)
 
 
 def plan_motion(

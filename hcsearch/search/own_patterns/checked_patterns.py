@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -31,13 +31,28 @@ MAX_BRANCHING_DOF = 4
 class CheckedPattern:
     """The results on a pattern in a scene.
 
-    name : of the file. dof : at a generic closed state near the packed state, else near the flat one; dof_flat,
-    dof_packed : at these states, at first order; None where rounding leaves them undecided, or without the state. The
-    packed state may be one that the file has between the stops.
-    branches : without a packed state, the finite motions that leave the flat state, as a sentence; else empty.
-    locks : for each end, by its name, the proof that no motion leaves it, as a sentence. motion, deployment : None
-    where these stages were left out.
-    status : None where no packed state is known and the flat state is not locked.
+    Parameters
+    ----------
+    name
+        The name of the file.
+    linkage
+        Its panels and hinges.
+    packed
+        Its packed state, or why there is none.
+    scene
+        The scene.
+    dof
+        The degrees of freedom at a generic closed state near the packed state, else near the flat one; None where
+        rounding leaves them undecided.
+    dof_flat, dof_packed
+        The degrees of freedom in these states, at first order; None also without the state. The packed state may be one
+        that the file has between the stops.
+    locks
+        The proof that no motion leaves an end, as a sentence, by the end's name.
+    branches
+        The finite motions that leave the flat state, as a sentence; empty where there is a packed state.
+    motion, deployment
+        The results of these stages; None where they were left out.
     """
 
     name: str
@@ -54,7 +69,7 @@ class CheckedPattern:
 
     @property
     def status(self) -> Status | None:
-        """The status of the pattern, as of a folding."""
+        """The status, as of a folding; None where no packed state is known and the flat state is not locked."""
         if self.locks or (self.motion is not None and self.motion.locked):
             return "locked"
         if not self.packed.packed:
@@ -101,6 +116,24 @@ class CheckedPattern:
             "play": play_sentence(needed),
         }
 
+    def rows(self) -> Iterator[tuple[str, str]]:
+        """Yield the name and the value of each property, and then of each result that is known, as texts."""
+        facts = self.facts()
+        for name in ("panels", "hinges", "loops"):
+            yield name, str(facts[name])
+        for name in ("longest_edge_mm", "thickness_mm"):
+            yield name.removesuffix("_mm").replace("_", " "), f"{facts[name]:.6g} mm"
+        if facts["moved_mm"]:
+            yield "points moved", f"by up to {facts['moved_mm']:.3g} mm, so that the packed state closes"
+        for name, state in (("dof", "in motion"), ("dof_packed", "packed"), ("dof_flat", "flat")):
+            dof = facts[name]
+            known = name != "dof_packed" or self.packed.packed or self.packed.partly_closed is not None
+            if known:
+                yield f"dof {state}", "undecided" if dof is None else str(dof)
+        yield "kutzbach", str(facts["kutzbach"])
+        for number, reason in enumerate(self.reasons):
+            yield "" if number else "results", reason
+
     @property
     def reasons(self) -> list[str]:
         """The packed state, the locks and the results of the stages, as sentences."""
@@ -128,6 +161,20 @@ def check_pattern(
     progress(0, total, PATTERN_STAGES[0])
     linkage = Linkage(packed.pattern)
     setup = setup_of_scene(scene, linkage)  # a scene that names an unknown hinge is refused before the work
+    checked = pattern_mobility(name, packed, scene)
+    if checked.locks or not packed.packed:
+        return checked
+    progress(1, total, PATTERN_STAGES[1])
+    motion = plan_linkage_motion(linkage, scene.margin)
+    if motion.locked:
+        return replace(checked, motion=motion)
+    progress(2, total, PATTERN_STAGES[2])
+    return replace(checked, motion=motion, deployment=simulate_deployment(linkage, setup))
+
+
+def pattern_mobility(name: str, packed: PackedPattern, scene: Scene) -> CheckedPattern:
+    """Return the degrees of freedom and the locks of a drawn pattern, without the later stages."""
+    linkage = Linkage(packed.pattern)
     locks = _locks(linkage, packed=packed.packed)
     state = linkage.folded if packed.packed else packed.partly_closed
     checked = CheckedPattern(
@@ -140,16 +187,7 @@ def check_pattern(
         dof_packed=None if state is None else rank_at(linkage, state).nullity,
         locks=locks,
     )
-    if not locks and not packed.packed:
-        return replace(checked, branches=_branches(checked))
-    if locks:
-        return checked
-    progress(1, total, PATTERN_STAGES[1])
-    motion = plan_linkage_motion(linkage, scene.margin)
-    if motion.locked:
-        return replace(checked, motion=motion)
-    progress(2, total, PATTERN_STAGES[2])
-    return replace(checked, motion=motion, deployment=simulate_deployment(linkage, setup))
+    return checked if locks or packed.packed else replace(checked, branches=_branches(checked))
 
 
 def _branches(checked: CheckedPattern) -> str:

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.basics.errors import PatternError
+from hcsearch.basics.errors import PatternError, SceneError
 from hcsearch.designs.panel_sizes import MAX_PANEL_LENGTH, MIN_PANEL_LENGTH, read_panel
 from hcsearch.search.own_patterns.fold_reading import (
     POINT_ERROR_SHARE,
@@ -109,12 +109,7 @@ def _sizes(drawing: PatternDrawing, panel: str | None) -> tuple[float, float]:
     longest = max(math.dist(*side) for facet in drawing.facets for side in pairwise((*facet, facet[0])))
     size = math.sqrt(sum(map(facet_area, drawing.facets)) / len(drawing.facets))
     if panel is not None:
-        if panel.count("x") != 1 or panel.startswith("across"):
-            raise PatternError(
-                f"{panel!r} is no size of a pattern of any panels: write its longest edge x the thickness, in mm, such "
-                "as 50x6"
-            )
-        length, _, thickness = read_panel(panel)
+        length, thickness = _read_sizes(panel)
         return length / longest, thickness
     unit = DEFAULT_LONGEST_EDGE / longest if drawing.unit is None else drawing.unit
     thickness = unit * (DEFAULT_THICKNESS_SHARE * size if drawing.thickness is None else drawing.thickness)
@@ -124,6 +119,20 @@ def _sizes(drawing: PatternDrawing, panel: str | None) -> tuple[float, float]:
             f"lengths from {1e3 * MIN_PANEL_LENGTH:g} to {1e3 * MAX_PANEL_LENGTH:g} mm, as by --panel 50x6"
         )
     return unit, thickness
+
+
+def _read_sizes(panel: str) -> tuple[float, float]:
+    """Read the longest edge and the thickness (m) of a pattern in millimetres; PatternError for another text."""
+    try:
+        sizes = read_panel(panel) if panel.count("x") == 1 else ()
+    except SceneError:
+        sizes = ()
+    if not sizes:
+        raise PatternError(
+            f"{panel!r} is no size of a pattern of any panels: write its longest edge x the thickness, each from "
+            f"{1e3 * MIN_PANEL_LENGTH:g} to {1e3 * MAX_PANEL_LENGTH:g} mm, such as 50x6"
+        )
+    return sizes[0], sizes[2]
 
 
 def _check_panels(drawing: PatternDrawing) -> None:

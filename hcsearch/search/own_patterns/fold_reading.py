@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -23,13 +23,16 @@ from hcsearch.search.own_patterns.fold_values import (
     MAX_FOLD_ENTRIES,
     FrameValues,
     crease_pattern_frame,
+    folded_form_frame,
     is_finite_number,
 )
+from hcsearch.search.own_patterns.folded_forms import FoldedFormError, ListedSheet, folded_form_angles
 from hcsearch.shape.mesh import (
     Facet,
     faces_between,
     facet_area,
     joined_faces,
+    sides_of,
     without_dead_ends,
     without_spurs,
     without_straight_corners,
@@ -50,7 +53,6 @@ EDGE_LENGTH_RATIO = 1.5
 """Factor from which edges count as longer or shorter than the sides of panels."""
 
 FacetSide = tuple[int, int]
-_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ class PatternDrawing:
     unit : metres per unit, None where the file has no physical unit. thickness : in units, None where it is not stated.
     notation : of the design or assembly that was exported, or empty. loops : as in `Pattern`.
     remarks : sentences for users on the interpretation of the file.
+    form_fault : why a folded form in the file gives no packed state, as a sentence; empty without a fault.
     """
 
     facets: tuple[Facet, ...]
@@ -86,6 +89,7 @@ class PatternDrawing:
     outlines: tuple[Facet, ...] = ()
     loops: tuple[tuple[FacetPair, ...], ...] = ()
     remarks: tuple[str, ...] = ()
+    form_fault: str = ""
 
 
 def read_fold(path: str) -> PatternDrawing:
@@ -103,13 +107,18 @@ def parse_fold(text: str, path: str = "the text") -> PatternDrawing:
         raise InputFileError(f"{path} is no FOLD file, which is JSON: {why}; export it as FOLD") from None
     if not isinstance(data, dict):
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
-    return _Reader(FrameValues(crease_pattern_frame(data, path))).drawing()
+    frame = crease_pattern_frame(data, path)
+    form = folded_form_frame(data, path, frame)
+    return _Reader(FrameValues(frame), None if form is None else FrameValues(form)).drawing()
 
 
 class _Reader:
-    """The points, edges and faces of one crease pattern, as listed in a file."""
+    """The points, edges and faces of one crease pattern, as listed in a file.
 
-    def __init__(self, values: FrameValues) -> None:
+    form_angles : fold angles of the edges in a folded form; None without one. form_fault : as of `PatternDrawing`.
+    """
+
+    def __init__(self, values: FrameValues, form: FrameValues | None) -> None:
         self.values = values
         points = values.points()
         self.edges = values.edges(len(points))
@@ -117,7 +126,7 @@ class _Reader:
         if not self.edges and not self.faces:
             raise values.wrong("it has neither edges nor faces")
         self.named = bool(self.edges)  # else edges are the sides of faces, without assignments
-        sides = dict.fromkeys((min(side), max(side)) for face in self.faces for side in _sides(face))
+        sides = dict.fromkeys((min(side), max(side)) for face in self.faces for side in sides_of(face))
         if not self.edges:
             self.edges = list(sides)
         # sides of faces are split where lines of the drawing are, so that faces share whole sides
@@ -131,6 +140,22 @@ class _Reader:
         # edge lengths below which half and a quarter of the total drawn length lie, so that many specks count little
         self.median, self.short = (float(lengths[np.searchsorted(drawn, share * drawn[-1])]) for share in (0.5, 0.25))
         self.points = self._flat(points)
+        self.form_angles: list[float | None] | None = None
+        self.form_fault = ""
+        if form is not None and not (self.named and any(values.of_edges("edges_foldAngle") or ())):
+            tolerance = SAME_DRAWN_POINT_SHARE * self.median
+            plane = self.points.tolist()
+            corners = [without_straight_corners(face, plane, STRAIGHT_SIDE_SHARE) for face in self.faces]
+            sheet = ListedSheet(points, self.faces, corners, self.edges)
+            try:
+                self.form_angles = folded_form_angles(values, sheet, form, tolerance)
+            except InputFileError as error:
+                self.form_fault = str(error)
+            except FoldedFormError as error:
+                self.form_fault = (
+                    f"{form.name} is a folded form that gives no packed state, as {error}: correct this frame or leave "
+                    "it out, or write edges_foldAngle"
+                )
 
     def _flat(self, points: Reals) -> Reals:
         """Project the points at which lines end onto their plane; InputFileError where the sheet is folded."""
@@ -210,7 +235,7 @@ class _Reading:
     @property
     def side(self) -> float:
         """The median length of the panels' sides."""
-        lengths = sorted(math.dist(*side) for facet in self.facets for side in _sides(facet))
+        lengths = sorted(math.dist(*side) for facet in self.facets for side in sides_of(facet))
         return lengths[(len(lengths) - 1) // 2]
 
     def drawing(self) -> PatternDrawing:
@@ -229,6 +254,7 @@ class _Reading:
             tuple(tuple(self.points[v] for v in face) for face in self.faces),
             values.loops("hcsearch:loops"),
             tuple(remarks),
+            self.whole.form_fault,
         )
 
     def _at(self, *places: int) -> str:
@@ -248,7 +274,7 @@ class _Reading:
             if not whole or not facet_area(corners) > POINT_ERROR_SHARE * math.dist(corners[0], corners[1]) ** 2:
                 raise self.values.wrong(f"face {f} at {self._at(face[0])} is no polygon, or a sliver")
             facets.append(corners)
-            for side in _sides(face):
+            for side in sides_of(face):
                 if side in sides:
                     raise self.values.wrong(
                         f"faces {sides[side]} and {f} overlap: they lie on one side of the edge from {self._at(*side)}"
@@ -287,7 +313,7 @@ class _Reading:
     def _ring(self, face: Sequence[int]) -> list[int]:
         """Return a listed face with the places on its sides inserted, and without spurs."""
         ring: list[int] = []
-        for a, b in _sides([self.place_of_point[v] for v in face]):
+        for a, b in sides_of([self.place_of_point[v] for v in face]):
             ring += self._places_between(a, b)[:-1] if a != b else []
         return without_spurs(ring)
 
@@ -334,6 +360,7 @@ class _Reading:
             self.values.of_edges(key) if self.whole.named else None
             for key in ("edges_assignment", "edges_foldAngle", "edges_hcsearch:hingeFace")
         )
+        angles = angles if self.whole.form_angles is None else self.whole.form_angles
         marks: dict[tuple[int, int], FacetJoin] = {}
         edges_between: dict[tuple[int, int], list[int]] = defaultdict(list)
         for k, places in enumerate(self.places_of_edge):
@@ -359,15 +386,11 @@ class _Reading:
     def _mark(self, k: int, letters: list[Any] | None, angles: list[Any] | None, hinges: list[Any] | None) -> FacetJoin:
         """Return the assignment of an edge, or else that of the sign of its fold angle, and its hinge face."""
         angle = None if angles is None else self._angle(k, angles[k])
-        if letters is not None:
-            letter = str(letters[k]).upper()
-        elif angle:
-            letter = "V" if angle > 0.0 else "M"
-        else:
-            letter = "U"
+        letter = "U" if letters is None else str(letters[k]).upper()
         if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
             raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
-        if letter == "U" and angle is not None and abs(angle) == 180.0:  # closed, to the side that the sign says
+        # of faces that lie on each other the folded form has no sign
+        if letter == "U" and angle and (self.whole.form_angles is None or abs(angle) < 180.0):
             letter = "V" if angle > 0.0 else "M"
         face = hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None
         return FacetJoin(letter, face, angle)
@@ -383,9 +406,4 @@ class _Reading:
 
 def _is_hole(face: Sequence[int], marks: Mapping[tuple[int, int], FacetJoin]) -> bool:
     """Whether all sides of a face are borders, so that it would be an unattached panel."""
-    return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in _sides(face))
-
-
-def _sides(ring: Sequence[_T]) -> list[tuple[_T, _T]]:
-    """Return each corner of a ring with the next."""
-    return list(zip(ring, [*ring[1:], *ring[:1]], strict=True))
+    return all(marks[min(side), max(side)].assignment in {"B", "C"} for side in sides_of(face))

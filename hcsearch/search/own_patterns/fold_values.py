@@ -34,10 +34,7 @@ def crease_pattern_frame(data: Mapping[str, Any], path: str) -> FoldFileFrame:
     that excludes a flat pattern of panels; a graph or linkage; a folded form. Without such a frame, it is the first one
     with points, or else the key frame.
     """
-    listed = data.get("file_frames") or []
-    if not isinstance(listed, list) or not all(isinstance(frame, dict) for frame in listed):
-        raise InputFileError(f"{path} is no sound FOLD file: file_frames is not a list of frames; export it anew")
-    frames = [_without_empty(frame) for frame in (data, *listed)]
+    frames = _frames(data, path)
     pointed = None
     for k in sorted(range(len(frames)), key=lambda k: _rank(frames[k])):
         frame = FoldFileFrame(_name(k, len(frames), path), _with_inherited(frames, k, path))
@@ -47,6 +44,31 @@ def crease_pattern_frame(data: Mapping[str, Any], path: str) -> FoldFileFrame:
             return frame
         pointed = pointed or frame
     return pointed or FoldFileFrame(_name(0, len(frames), path), frames[0])
+
+
+def folded_form_frame(data: Mapping[str, Any], path: str, pattern: FoldFileFrame) -> FoldFileFrame | None:
+    """Return the first frame of the class `foldedForm` with points in space and faces; None without one.
+
+    pattern : the frame with the crease pattern, which is no folded form. InputFileError as of `crease_pattern_frame`.
+    """
+    frames = _frames(data, path)
+    for k, frame in enumerate(frames):
+        points = frame.get("vertices_coords")
+        name = _name(k, len(frames), path)
+        in_space = isinstance(points, list) and all(isinstance(row, list) and len(row) > 2 for row in points)
+        if "foldedForm" in _classes(frame) and in_space and name != pattern.name:
+            form = FoldFileFrame(name, _with_inherited(frames, k, path))
+            if "faces_vertices" in form.values:
+                return form
+    return None
+
+
+def _frames(data: Mapping[str, Any], path: str) -> list[Mapping[str, Any]]:
+    """Return the key frame and the others, without empty values; InputFileError where they are no frames."""
+    listed = data.get("file_frames") or []
+    if not isinstance(listed, list) or not all(isinstance(frame, dict) for frame in listed):
+        raise InputFileError(f"{path} is no sound FOLD file: file_frames is not a list of frames; export it anew")
+    return [_without_empty(frame) for frame in (data, *listed)]
 
 
 def _rank(frame: Mapping[str, Any]) -> int:
@@ -123,6 +145,11 @@ class FrameValues:
 
     def __init__(self, frame: FoldFileFrame) -> None:
         self._frame, self._name = frame.values, frame.name
+
+    @property
+    def name(self) -> str:
+        """The name of the frame, for messages."""
+        return self._name
 
     def points(self) -> Reals:
         """Return `vertices_coords`, shape (k, 3); the third coordinate is 0 where a file has two."""

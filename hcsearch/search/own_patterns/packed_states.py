@@ -61,9 +61,18 @@ _REST: PlaneMotion = (1 + 0j, 0j, False)
 class PackedPattern(ByValue):
     """A pattern with the hinges that close in its packed state, or without such a state.
 
-    packed : whether there is one. sentence : how it was found, or why there is none. moved : greatest distance (m) by
-    which points were moved to close it. partly_closed : (n_hinges,), rad, a closed state in which the file has hinges
-    at other angles than 0 and pi; None without one.
+    Parameters
+    ----------
+    pattern
+        The pattern, whose hinges have the faces and the closing of its packed state.
+    packed
+        Whether there is one.
+    sentence
+        How it was found, or why there is none.
+    moved
+        The greatest distance (m) by which points were moved to close it.
+    partly_closed
+        A closed state in which the file has hinges at other angles than 0 and pi, (n_hinges,), rad; None without one.
     """
 
     pattern: Pattern
@@ -80,6 +89,8 @@ def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPat
     partly closed, or no mountains and valleys pack the panels.
     """
     pattern = pattern_of_drawing(drawing, panel)
+    if drawing.form_fault:
+        raise PatternError(drawing.form_fault)
     if not pattern.hinges:
         raise PatternError("all panels of the drawing are one, joined by flat edges (F): assign mountains and valleys")
     search = _PackingSearch(drawing, pattern)

@@ -8,62 +8,32 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from hcsearch.basics.array_values import ByValue, Reals
-from hcsearch.basics.errors import InputFileError
+from hcsearch.basics.array_values import Reals
 from hcsearch.motion.collision.panel_prisms import inset_facet
-from hcsearch.search.own_patterns.drawn_lines import PointNumbers
+from hcsearch.search.own_patterns.flat_models import FlatModel, ModelHinge
 from hcsearch.search.own_patterns.fold_reading import PatternDrawing, parse_fold
-from hcsearch.search.own_patterns.fold_values import MAX_COORDINATE, is_finite_number
-from hcsearch.shape.mesh import Facet, PlanePoint, components, facet_area, sides_of
-from hcsearch.system.reading import read_text_file
+from hcsearch.search.own_patterns.model_parts import (
+    MAX_MODEL_BYTES,
+    ModelClosures,
+    ModelPart,
+    model_error,
+    read_closures,
+    read_model_file,
+)
+from hcsearch.search.own_patterns.stl_meshes import read_stl
+from hcsearch.shape.mesh import Facet, facet_area, sides_of
 
-MAX_MODEL_BYTES = 64 * 2**20
-SAME_MODEL_POINT_SHARE = 1e-5
-"""Points nearer than this share of the largest panel's size are one: meshes have single precision."""
-_STL_HEAD_BYTES = 84
-_STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-"""A triangle of a binary STL file; the head holds a title and the number of triangles."""
-
-
-@dataclass(frozen=True, eq=False)
-class _ModelHinge(ByValue):
-    """A joint of a model: its two links, its line in the flat state, and whether it starts closed.
-
-    point : of the line. normal : (2,), unit vector of the plane across it.
-    """
-
-    first: str
-    second: str
-    point: Reals
-    normal: Reals
-    closes: bool
-
-    def distance(self, point: Sequence[float]) -> float:
-        """Return the distance of a point of the plane from the line, seen from above."""
-        return abs(float(self.normal @ (np.array(point) - self.point[:2])))
-
-
-@dataclass(eq=False)
-class _Model:
-    """The links of a model in the flat state, m.
-
-    frames : origins. faces : convex polygons of each link's shape. welds : pairs of links that are parts of one panel.
-    heights : of the bottom and top faces.
-    """
-
-    frames: dict[str, Reals] = field(default_factory=dict)
-    faces: dict[str, list[Facet]] = field(default_factory=dict)
-    hinges: list[_ModelHinge] = field(default_factory=list)
-    welds: list[tuple[str, str]] = field(default_factory=list)
-    heights: list[float] = field(default_factory=list)
+CLOSED_START = 0.5 * math.pi
+"""Hinges that start with a greater fold angle (rad) are closed in the packed state."""
+MIN_CORNER_TURN = 1e-6
+"""Sine of the angle by which the sides of a convex polygon may turn the wrong way."""
+_ROTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
+"""Attributes by which MJCF turns the frame of a body."""
 
 
 def read_model(path: str) -> PatternDrawing:
@@ -71,210 +41,178 @@ def read_model(path: str) -> PatternDrawing:
 
     InputFileError for other files, and where the closures or a mesh of a URDF file are missing.
     """
-    try:
-        root = Xml.fromstring(read_text_file(path, max_bytes=MAX_MODEL_BYTES))
-    except Xml.ParseError as error:
-        raise InputFileError(f"{path} is no model, which is XML: {error}; write it by hcsearch export") from None
-    try:
-        model = {"robot": _read_urdf, "mujoco": _read_mjcf}[root.tag](root, path)
-        return parse_fold(json.dumps(_fold_data(model)), path)
-    except (LookupError, ValueError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
-        if isinstance(error, InputFileError):
-            raise
-        raise InputFileError(
-            f"{path} is no model that hcsearch export wrote ({type(error).__name__}: {error}); others are not read: "
-            "give the flat pattern as a file .fold"
-        ) from None
+    root = read_model_file(path)
+    if root.element.tag not in ("robot", "mujoco"):
+        raise model_error(path, f"its outermost element is {root.element.tag:.60}, neither robot nor mujoco")
+    model = _read_urdf(root) if root.element.tag == "robot" else _read_mjcf(root)
+    return parse_fold(json.dumps(model.fold_data()), path)
 
 
-def _read_urdf(root: Xml.Element, path: str) -> _Model:
+def _read_urdf(root: ModelPart) -> FlatModel:
     """Read the tree of a URDF file, its meshes, and the loops from the file of closures beside it."""
-    closure_path = Path(path).with_suffix(".closure.json")
-    closures = json.loads(read_text_file(closure_path, "the loops, which URDF cannot hold, in", MAX_MODEL_BYTES))
-    model = _Model(frames={str(closures["base"]): np.zeros(3)})
-    for joint in root.iterfind("joint"):
-        first, second = (_found(joint, tag).attrib["link"] for tag in ("parent", "child"))
-        model.frames[second] = model.frames[first] + _numbers(_found(joint, "origin").attrib["xyz"])
-        start = float(closures["joints"][joint.attrib["name"]]["start_rad"])
-        across = _across(_found(joint, "axis").attrib["xyz"])
-        model.hinges.append(_ModelHinge(first, second, model.frames[second], across, start > 0.5 * math.pi))
-    for link in root.iterfind("link"):
-        visual = link.find("visual")
-        if visual is not None:
-            shift = model.frames[link.attrib["name"]] + _numbers(_found(visual, "origin").attrib["xyz"])
-            mesh = Path(path).parent / Path(_found(visual, "geometry/mesh").attrib["filename"]).name
-            _add_triangles(model, link.attrib["name"], _stl_corners(mesh) + shift)
-    model.welds = [(str(each["first"]["link"]), str(each["second"]["link"])) for each in closures["closures"]]
+    closures = read_closures(root.path)
+    model = FlatModel(root.path, frames={closures.base: np.zeros(3)}, welds=closures.welds)
+    for joint in root.parts("joint"):
+        _add_joint(model, joint, closures)
+    left = MAX_MODEL_BYTES
+    for link in root.parts("link"):
+        name = link.text("name")
+        if name not in model.frames:
+            raise link.wrong("is neither the base nor the child of a joint")
+        for visual in list(link.parts("visual"))[:1]:
+            mesh = visual.part("geometry/mesh")
+            if "scale" in mesh.element.attrib:
+                raise link.wrong("has a mesh with a scale")
+            # meshes lie beside the model, whichever folder it names
+            file = Path(root.path).parent / Path(mesh.text("filename")).name
+            corners = read_stl(file, left)
+            left -= file.stat().st_size
+            _add_triangles(model, link, corners + model.frames[name] + _origin(visual))
     return model
 
 
-def _stl_corners(path: Path) -> Reals:
-    """Return the corners of the triangles of a binary STL file, (k, 3, 3)."""
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputFileError(f"cannot read the mesh {path}: {error.strerror}; keep it beside the model") from None
-    corners: Reals = np.frombuffer(content[_STL_HEAD_BYTES:], _STL_RECORD)["corners"].astype(float)
+def _add_joint(model: FlatModel, joint: ModelPart, closures: ModelClosures) -> None:
+    """Add the child of a joint, and its hinge."""
+    name, kind = joint.text("name"), joint.text("type")
+    if kind != "revolute":
+        raise joint.wrong(f"is {kind:.60}, where hinges are revolute")
+    parent, child = joint.part("parent").text("link"), joint.part("child").text("link")
+    if parent not in model.frames:
+        raise joint.wrong(f"hangs on {parent!r:.60}, which is neither the base nor the child of a joint before it")
+    if child in model.frames:
+        raise joint.wrong(f"leads to {child!r:.60}, to which another joint leads, or which is the base")
+    if name not in closures.starts:
+        raise joint.wrong("has no start in the file of closures")
+    model.frames[child] = model.frames[parent] + _origin(joint)
+    across = _across(joint.part("axis"), "xyz")
+    closes = closures.starts[name] > CLOSED_START
+    model.hinges.append(ModelHinge(name, parent, child, model.frames[child], across, closes))
+
+
+def _origin(part: ModelPart) -> Reals:
+    """Return the origin of a part, whose axes must be those of the flat state."""
+    origin = part.part("origin")
+    if "rpy" in origin.element.attrib and origin.vector("rpy").any():
+        raise part.wrong("has a rotated origin (rpy)")
+    return origin.vector("xyz")
+
+
+def _add_triangles(model: FlatModel, link: ModelPart, corners: Reals) -> None:
+    """Add the top faces of a link's triangles, and the heights of both faces."""
+    name = link.text("name")
+    low, high = float(corners[..., 2].min()), float(corners[..., 2].max())
+    model.heights[name] = (low, high)
+    faces = model.faces.setdefault(name, [])
+    for triangle in corners[(corners[..., 2] > 0.5 * (low + high)).all(axis=1)]:
+        ring = tuple((float(x), float(y)) for x, y, _ in triangle)
+        faces.append(ring if facet_area(ring) > 0.0 else ring[::-1])
+    if not faces:
+        raise link.wrong("has a mesh without triangles on top")
+
+
+def _read_mjcf(root: ModelPart) -> FlatModel:
+    """Read the bodies of a model of MuJoCo, whose meshes are facets, shrunk by the margin of the scene."""
+    model = FlatModel(root.path)
+    meshes = {mesh.text("name"): _prism(mesh) for mesh in root.parts("asset/mesh")}
+    base = root.part("worldbody/body")
+    floats = next(base.parts("freejoint"), None) is not None
+    start = root.part("keyframe/key[@name='start']")
+    angles = start.numbers("qpos")[7 if floats else 0 :].tolist()
+    bodies = list(_bodies(base))
+    if len(angles) != len(bodies) - 1:
+        raise start.wrong(f"has {len(angles)} fold angles for {len(bodies) - 1} hinges")
+    placed = [(body, _placed_prisms(body, frame, meshes)) for body, _, frame in bodies]
+    shapes = [corners for _, prisms in placed for corners in prisms]
+    if not shapes:
+        raise root.wrong("has no body with a mesh")
+    margin = min(float(corners[0, :, 2].min()) for corners in shapes)
+    for (body, parent, frame), start_angle in zip(bodies, [0.0, *angles], strict=True):
+        name = body.text("name")
+        if name in model.frames:
+            raise body.wrong("is there twice")
+        model.frames[name] = frame
+        if parent is not None:
+            joint = body.part("joint")
+            if joint.element.get("type", "hinge") != "hinge":
+                raise joint.wrong("is no hinge")
+            across = _across(joint, "axis")
+            hinge = ModelHinge(joint.text("name"), parent, name, frame, across, start_angle > CLOSED_START)
+            model.hinges.append(hinge)
+    for body, prisms in placed:
+        for corners in prisms:
+            _add_prism(model, body, corners, margin)
+    model.welds = [(weld.text("body1"), weld.text("body2")) for weld in root.parts("equality/weld")]
+    return model
+
+
+def _bodies(base: ModelPart) -> Iterator[tuple[ModelPart, str | None, Reals]]:
+    """Yield each body, its parent's name and the origin of its frame, depth-first, as MuJoCo numbers joints."""
+    waiting: list[tuple[ModelPart, str | None, Reals]] = [(base, None, np.zeros(3))]
+    while waiting:
+        body, parent, origin = waiting.pop()
+        for attribute in _ROTATIONS:
+            if attribute in body.element.attrib:
+                raise body.wrong(f"has a rotated frame ({attribute})")
+        frame = origin + body.vector("pos")
+        yield body, parent, frame
+        name = body.text("name")
+        waiting += [(child, name, frame) for child in reversed(list(body.parts("body")))]
+
+
+def _prism(mesh: ModelPart) -> Reals:
+    """Return the corners of the bottom and the top face of a mesh, (2, k, 3)."""
+    numbers = mesh.numbers("vertex")
+    if len(numbers) < 18 or len(numbers) % 6:
+        raise mesh.wrong(f"has {len(numbers)} coordinates, which are not those of a prism")
+    corners = numbers.reshape(2, -1, 3)
+    if not _is_convex(_ring(corners)):
+        raise mesh.wrong("has a bottom face that is no convex polygon, counterclockwise")
     return corners
 
 
-def _add_triangles(model: _Model, link: str, corners: Reals) -> None:
-    """Add the top faces of a link's triangles, and the heights of both faces."""
-    model.heights += [float(corners[..., 2].min()), float(corners[..., 2].max())]
-    middle = 0.5 * sum(model.heights[-2:])
-    faces = model.faces.setdefault(link, [])
-    for triangle in corners[(corners[..., 2] > middle).all(axis=1)]:
-        ring = tuple((float(x), float(y)) for x, y, _ in triangle)
-        faces.append(ring if facet_area(ring) > 0.0 else ring[::-1])
+def _is_convex(ring: Facet) -> bool:
+    """Whether a polygon is convex and counterclockwise."""
+    sides = [(b[0] - a[0], b[1] - a[1]) for a, b in sides_of(ring)]
+    if not facet_area(ring) > 0.0 or not all(math.hypot(*side) > 0.0 for side in sides):
+        return False
+    return all(
+        x * to_y - y * to_x >= -MIN_CORNER_TURN * math.hypot(x, y) * math.hypot(to_x, to_y)
+        and x * to_x + y * to_y > -(1.0 - MIN_CORNER_TURN) * math.hypot(x, y) * math.hypot(to_x, to_y)
+        for (x, y), (to_x, to_y) in sides_of(sides)
+    )
 
 
-def _read_mjcf(root: Xml.Element, _path: str) -> _Model:
-    """Read the bodies of a model of MuJoCo, whose meshes are facets, shrunk by the margin of the scene."""
-    model = _Model()
-    meshes = {
-        mesh.attrib["name"]: _numbers(mesh.attrib["vertex"]).reshape(2, -1, 3) for mesh in root.iterfind("asset/mesh")
-    }
-    base = _found(root, "worldbody/body")
-    start = _numbers(_found(root, "keyframe/key[@name='start']").attrib["qpos"])
-    angles = start[0 if base.find("freejoint") is None else 7 :].tolist()
-    margin = min(float(corners[0, :, 2].min()) for corners in _placed_meshes(base, np.zeros(3), meshes))
-    for body, parent, frame in _bodies(base, None, np.zeros(3)):
-        name = body.attrib["name"]
-        model.frames[name] = frame
-        if parent is not None:
-            across = _across(_found(body, "joint").attrib["axis"])
-            model.hinges.append(_ModelHinge(parent, name, frame, across, angles[len(model.hinges)] > 0.5 * math.pi))
-        for geom in body.iterfind("geom"):
-            corners = meshes[geom.attrib["mesh"]] + frame
-            ring = tuple((float(x), float(y)) for x, y, _ in corners[0])
-            model.faces.setdefault(name, []).append(inset_facet(ring, -margin))
-            model.heights += [float(corners[0, 0, 2]) - margin, float(corners[1, 0, 2]) + margin]
-    model.welds = [(weld.attrib["body1"], weld.attrib["body2"]) for weld in root.iterfind("equality/weld")]
-    return model
+def _placed_prisms(body: ModelPart, frame: Reals, meshes: Mapping[str, Reals]) -> list[Reals]:
+    """Return the corners of a body's meshes where they lie in the flat state."""
+    placed = []
+    for geom in body.parts("geom"):
+        if {"pos", *_ROTATIONS} & set(geom.element.attrib):
+            raise body.wrong("has a mesh with a place of its own")
+        name = geom.text("mesh")
+        if name not in meshes:
+            raise body.wrong(f"has the mesh {name!r:.60}, which the model lacks")
+        placed.append(meshes[name] + frame)
+    return placed
 
 
-def _bodies(body: Xml.Element, parent: str | None, origin: Reals) -> Iterator[tuple[Xml.Element, str | None, Reals]]:
-    """Yield each body, its parent's name and the origin of its frame, depth-first, as MuJoCo numbers joints."""
-    frame = origin + _numbers(body.attrib["pos"])
-    yield body, parent, frame
-    for child in body.iterfind("body"):
-        yield from _bodies(child, body.attrib["name"], frame)
+def _add_prism(model: FlatModel, body: ModelPart, corners: Reals, margin: float) -> None:
+    """Add a facet of a body, expanded by the margin (m)."""
+    name = body.text("name")
+    model.faces.setdefault(name, []).append(inset_facet(_ring(corners), -margin))
+    low, high = float(corners[0, 0, 2]) - margin, float(corners[1, 0, 2]) + margin
+    known_low, known_high = model.heights.get(name, (low, high))
+    model.heights[name] = (min(low, known_low), max(high, known_high))
 
 
-def _placed_meshes(base: Xml.Element, origin: Reals, meshes: Mapping[str, Reals]) -> Iterator[Reals]:
-    """Yield the corners of all meshes where they lie in the flat state."""
-    for body, _, frame in _bodies(base, None, origin):
-        for geom in body.iterfind("geom"):
-            yield meshes[geom.attrib["mesh"]] + frame
+def _ring(corners: Reals) -> Facet:
+    """Return the corners of the bottom face of a prism, seen from above."""
+    return tuple((float(x), float(y)) for x, y, _ in corners[0])
 
 
-def _fold_data(model: _Model) -> dict[str, Any]:
-    """Return a model as the data of a FOLD file in metres: faces, rigid edges within panels, and hinges."""
-    parts = components(model.frames, model.welds)
-    panel_of = {link: number for number, part in enumerate(parts) for link in part}
-    faces = [(panel_of[link], ring) for link, rings in model.faces.items() for ring in rings]
-    size = math.sqrt(max(abs(facet_area(ring)) for _, ring in faces))
-    numbers = PointNumbers(SAME_MODEL_POINT_SHARE * size)
-    known: list[PlanePoint] = []
-    rings: list[list[int]] = []
-    for _, ring in faces:
-        rings.append([numbers.number(point) for point in ring])
-        for number, point in zip(rings[-1], ring, strict=True):
-            if number == len(known):
-                known.append(point)
-    points = _on_hinge_lines(model, panel_of, faces, rings, known, size)
-    beside: dict[tuple[int, int], list[int]] = {}
-    for number, corners in enumerate(rings):
-        for a, b in sides_of(corners):
-            beside.setdefault((min(a, b), max(a, b)), []).append(number)
-    top, middle = max(model.heights), 0.5 * (min(model.heights) + max(model.heights))
-    edges: list[list[int]] = []
-    letters: list[str] = []
-    hinge_faces: list[str | None] = []
-    angles: list[int] = []
-    for side, pair in beside.items():
-        panels = [faces[face][0] for face in pair]
-        hinge = None if len(pair) < 2 else _hinge_along(model, panel_of, panels, [points[v] for v in side], size)
-        edges.append(list(side))
-        if hinge is None:
-            letters.append("F" if len(pair) == 2 and panels[0] == panels[1] else "B")
-            hinge_faces.append(None)
-        else:
-            on_top = hinge.point[2] > middle
-            letters.append(("V" if on_top else "M") if hinge.closes else "F")
-            hinge_faces.append("top" if on_top else "bottom")
-        angles.append({"V": 180, "M": -180}.get(letters[-1], 0))
-    return {
-        "frame_unit": "m",
-        "vertices_coords": [list(point) for point in points],
-        "faces_vertices": rings,
-        "edges_vertices": edges,
-        "edges_assignment": letters,
-        "edges_foldAngle": angles,
-        "edges_hcsearch:hingeFace": hinge_faces,
-        "hcsearch:thickness": top - min(model.heights),
-    }
-
-
-def _hinge_along(
-    model: _Model, panel_of: Mapping[str, int], panels: list[int], side: Sequence[PlanePoint], size: float
-) -> _ModelHinge | None:
-    """Return the hinge between two panels on the line of a side, seen from above; None without one."""
-    for hinge in model.hinges:
-        joins = {panel_of[hinge.first], panel_of[hinge.second]} == set(panels)
-        if joins and max(map(hinge.distance, side)) < SAME_MODEL_POINT_SHARE * size:
-            return hinge
-    return None
-
-
-def _on_hinge_lines(
-    model: _Model,
-    panel_of: Mapping[str, int],
-    faces: Sequence[tuple[int, Facet]],
-    rings: Sequence[Sequence[int]],
-    points: Sequence[PlanePoint],
-    size: float,
-) -> list[PlanePoint]:
-    """Return points moved onto the lines of the hinges of their panels: joints have double precision, meshes may not.
-
-    faces : the panel and the corners of each face. rings : their corners as numbers of points.
-    """
-    lines: list[list[_ModelHinge]] = [[] for _ in points]
-    for (panel, _), ring in zip(faces, rings, strict=True):
-        for hinge in model.hinges:
-            if panel in (panel_of[hinge.first], panel_of[hinge.second]):
-                for number in ring:
-                    if hinge.distance(points[number]) < SAME_MODEL_POINT_SHARE * size:
-                        lines[number].append(hinge)
-    moved: list[PlanePoint] = []
-    for point, through in zip(points, lines, strict=True):
-        place = np.array(point)
-        if through:
-            normals = np.array([hinge.normal for hinge in through])
-            offsets = [float(hinge.normal @ (hinge.point[:2] - place)) for hinge in through]
-            place = place + np.linalg.lstsq(normals, np.array(offsets), rcond=1e-6)[0]
-        moved.append((float(place[0]), float(place[1])))
-    return moved
-
-
-def _across(axis: str) -> Reals:
-    """Return the unit vector of the plane across the axis of a joint."""
-    x, y, _ = _numbers(axis).tolist()
+def _across(part: ModelPart, attribute: str) -> Reals:
+    """Return the unit vector of the plane across the axis of a joint, which lies in the plane."""
+    x, y, z = part.vector(attribute).tolist()
     length = math.hypot(x, y)
+    if not length > 0.0 or abs(z) > MIN_CORNER_TURN * length:
+        raise part.wrong(f"has a direction in {attribute} that is not in the plane of the panels")
     return np.array([-y / length, x / length])
-
-
-def _found(element: Xml.Element, tag: str) -> Xml.Element:
-    """Return a part of an element; KeyError where it is missing."""
-    part = element.find(tag)
-    if part is None:
-        raise KeyError(f"no {tag} in {element.tag}")
-    return part
-
-
-def _numbers(text: str) -> Reals:
-    """Return the numbers of a text, separated by spaces; ValueError for those that are no coordinates."""
-    numbers = [float(part) for part in text.split()]
-    if not all(map(is_finite_number, numbers)):
-        raise ValueError(f"{text[:40]!r} holds a number that is not below {MAX_COORDINATE:g}")
-    return np.array(numbers)

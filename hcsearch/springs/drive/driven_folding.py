@@ -17,7 +17,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.twisting import twist
-from hcsearch.motion.planning.motion_search import PlannedMotion, plan_motion, reason_of
+from hcsearch.motion.planning.motion_search import PlannedMotion, ProvedPath, plan_motion, reason_of
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.scenes.setup import setup_of_scene
 from hcsearch.shape.labels import is_label, label_data, labels_of
@@ -196,23 +196,24 @@ def drive_along(
     progress : called with the steps done, their number, and the next stage; the first step is the search for the
     motion.
     """
-    if motion.way is None or motion.margin is None:
+    path = motion.proved
+    if path is None:
         raise NoPathError(no_drive_reason(folding, scene, motion))
     panel = panel_of(scene, folding.circuit.grid.name)
-    linkage = folding.linkage(panel, flat_pairs=motion.way)
-    scene = replace(scene, panel=panel, flat_pairs=(motion.way,))
-    return drive_linkage({"design": folding.notation}, linkage, scene, motion, options, progress)
+    linkage = folding.linkage(panel, flat_pairs=path.way)
+    scene = replace(scene, panel=panel, flat_pairs=(path.way,))
+    return drive_linkage({"design": folding.notation}, linkage, scene, path, options, progress)
 
 
 def drive_linkage(
     subject: Mapping[str, str],
     linkage: Linkage,
     scene: Scene,
-    motion: PlannedMotion,
+    proved: ProvedPath,
     options: DriveOptions | None = None,
     progress: DriveProgress | None = None,
 ) -> Drive:
-    """Design and simulate the drive of a linkage along a proved motion, as `drive_along`.
+    """Design and simulate the drive of a linkage along a proved path, as `drive_along`.
 
     subject : what is driven, as the entries of a scene file.
     """
@@ -222,12 +223,10 @@ def drive_linkage(
         if progress is not None:
             progress(done, len(DRIVE_STAGES), DRIVE_STAGES[done])
 
-    if motion.way is None or motion.proof is None or motion.proof.motion is None or motion.margin is None:
-        raise NoPathError(no_path_reason(motion))
     if not MIN_CONTROL_PERIOD <= options.period <= MAX_CONTROL_PERIOD:
         raise HcsearchError(f"a controller's period of {options.period:g} s is out of range: give one from 1e-5 to 0.1")
     report_progress(1)
-    path = smooth_path(linkage, motion.proof.motion, options.near)
+    path = smooth_path(linkage, proved.course, options.near)
     angles = path.at(np.linspace(0.0, path.length, JUDGED_PLACE_COUNT))[0]
     labels = labels_of(linkage)
     choice = (
@@ -243,7 +242,7 @@ def drive_linkage(
     drives = position_control(compiled, torques, options.period)
     report_progress(3)
     deployment = simulate_driven_scene(start_at_drives(compiled, drives), drives)
-    return Drive(subject, motion.way, linkage, scene, setup, motion.margin, choice, course, torques, drives, deployment)
+    return Drive(subject, proved.way, linkage, scene, setup, proved.margin, choice, course, torques, drives, deployment)
 
 
 def latch_facts(driven: Drive) -> dict[str, Any]:

@@ -64,12 +64,12 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class FlightSheet:
-    """A folding in a scene, compared with the rules of a standard.
+    """A folding or a pattern in a scene, compared with the rules of a standard.
 
     Parameters
     ----------
     title
-        The folding.
+        Its name.
     scene
         The name of the scene.
     source
@@ -92,6 +92,8 @@ class FlightSheet:
         Places along the travel, 0 packed, 1 flat, and the torque margin there; for a drawing.
     travel
         The states of the motion, for drawings.
+    kind
+        What it is.
     """
 
     title: str
@@ -106,6 +108,7 @@ class FlightSheet:
     springs: tuple[tuple[str, str], ...] = ()
     margins: tuple[tuple[float, float], ...] = field(default=(), repr=False)
     travel: Travel | None = field(default=None, repr=False, compare=False)
+    kind: Literal["folding", "pattern"] = "folding"
 
     @property
     def verdict(self) -> SheetVerdict:
@@ -121,7 +124,7 @@ class FlightSheet:
         """Return the sheet as plain data."""
         rules = [{**vars(row), "verdict": row.verdict, "margin": row.margin} for row in self.rows]
         return {
-            "folding": self.title,
+            self.kind: self.title,
             "scene": self.scene,
             "motion": self.source,
             "standard": self.standard,

@@ -27,9 +27,9 @@ from hcsearch.system.terminal import short_number
 
 
 def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: bool = False) -> FlightSheet:
-    """Return the flight sheet of a folding.
+    """Return the flight sheet of a folding, or of another linkage.
 
-    title : the folding, and source : what moves it, for readers. measured : whether resisting torques are measured, for
+    title : its name, and source : what moves it, for readers. measured : whether resisting torques are measured, for
     which a standard has smaller factors.
     """
     numbers = figures_of(travel)

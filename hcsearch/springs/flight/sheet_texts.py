@@ -30,7 +30,7 @@ def sensitivity_cells(row: Sensitivity) -> tuple[str, ...]:
 
 def head_cells(sheet: FlightSheet) -> tuple[tuple[str, str], ...]:
     """Return the facts above the table of rules, each with its name."""
-    facts = {"folding": sheet.title, "scene": sheet.scene, "motion": sheet.source, "rules": sheet.standard}
+    facts = {sheet.kind: sheet.title, "scene": sheet.scene, "motion": sheet.source, "rules": sheet.standard}
     return (*facts.items(), ("verdict", sheet.verdict))
 
 

@@ -65,10 +65,11 @@ def stored_design_page(db: str, circuit: Circuit, number: int, scene: str, scene
 def assembly_page(db: str, name: str) -> str:
     """Return the page of an assembly in the scene `default`."""
     from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - the engine
-    from hcsearch.web.report.assembly_page import fetch_assembly_data, render_assembly  # noqa: PLC0415 - the engine
+    from hcsearch.web.report.assembly_page import fetch_assembly_data  # noqa: PLC0415 - the engine
+    from hcsearch.web.report.linkage_page import render_linkage  # noqa: PLC0415 - the engine
 
     data = fetch_assembly_data(name, resolve(name, db))
-    return render_assembly(replace(data, links=[("all assemblies", "/assemblies")]))
+    return render_linkage(replace(data, links=[("all assemblies", "/assemblies")]))
 
 
 def stored_motion_json(db: str, circuit: Circuit, number: int, crease: int, scene: str) -> str:

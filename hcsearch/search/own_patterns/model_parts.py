@@ -1,0 +1,159 @@
+"""Typed access to the XML of models and to their files of closures, with errors that name the damaged part."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as Xml
+
+import numpy as np
+
+from hcsearch.basics.array_values import Reals
+from hcsearch.basics.errors import InputFileError
+from hcsearch.search.own_patterns.fold_values import MAX_COORDINATE, is_finite_number
+from hcsearch.system.reading import read_text_file
+
+MAX_MODEL_BYTES = 64 * 2**20
+"""Limit of the size of a model, of its file of closures, and of all its meshes together."""
+
+
+def model_error(path: str | Path, what: str) -> InputFileError:
+    """Return the error for a damaged model, or one of another program."""
+    return InputFileError(
+        f"{path} is no model that hcsearch export wrote: {what}; export it anew, or give the flat pattern as a file "
+        ".fold"
+    )
+
+
+@dataclass(frozen=True)
+class ModelPart:
+    """An element of the XML of a model.
+
+    Parameters
+    ----------
+    element
+        The element.
+    path
+        The file, for messages.
+    within
+        The element that it is a part of, in words; empty for the outermost one.
+    """
+
+    element: Xml.Element
+    path: str
+    within: str = ""
+
+    def __str__(self) -> str:
+        name = self.element.get("name")
+        if name is not None:
+            return f"{self.element.tag} {name!r:.60}"
+        return f"{self.element.tag} of {self.within}" if self.within else self.element.tag
+
+    def wrong(self, what: str) -> InputFileError:
+        """Return the error for this element; what : a clause that follows its name."""
+        return model_error(self.path, f"{self} {what}")
+
+    def parts(self, tag: str) -> Iterator[ModelPart]:
+        """Yield the parts with a tag, or with a path of tags."""
+        return (ModelPart(element, self.path, str(self)) for element in self.element.iterfind(tag))
+
+    def part(self, tag: str) -> ModelPart:
+        """Return the first part with a tag; InputFileError without one."""
+        found = next(self.parts(tag), None)
+        if found is None:
+            raise self.wrong(f"has no {tag}")
+        return found
+
+    def text(self, attribute: str) -> str:
+        """Return an attribute; InputFileError without it."""
+        value = self.element.get(attribute)
+        if not value:
+            raise self.wrong(f"has no {attribute}")
+        return value
+
+    def numbers(self, attribute: str) -> Reals:
+        """Return the numbers of an attribute, separated by spaces; InputFileError for other texts."""
+        try:
+            numbers = [float(word) for word in self.text(attribute).split()]
+        except ValueError:
+            raise self.wrong(f"has something else than numbers in {attribute}") from None
+        if not all(map(is_finite_number, numbers)):
+            raise self.wrong(f"has a number in {attribute} that is not below {MAX_COORDINATE:g}")
+        return np.array(numbers)
+
+    def vector(self, attribute: str) -> Reals:
+        """Return the three numbers of an attribute; InputFileError for other texts."""
+        numbers = self.numbers(attribute)
+        if len(numbers) != 3:
+            raise self.wrong(f"has {len(numbers)} numbers in {attribute} in place of 3")
+        return numbers
+
+
+def read_model_file(path: str) -> ModelPart:
+    """Return the root of an XML file; InputFileError as of `read_text_file`, and for a file that is no XML."""
+    text = read_text_file(path, max_bytes=MAX_MODEL_BYTES)
+    if "<!DOCTYPE" in text:  # entities, which only it can declare, may expand to any size
+        raise model_error(path, "it declares a document type (DOCTYPE)")
+    try:
+        return ModelPart(Xml.fromstring(text), path)
+    except Xml.ParseError as error:
+        raise InputFileError(f"{path} is no model, which is XML: {error}; write it by hcsearch export") from None
+
+
+@dataclass(frozen=True)
+class ModelClosures:
+    """What the file of closures adds to a URDF file.
+
+    Parameters
+    ----------
+    base
+        The name of the link that is the root of the tree.
+    starts
+        The fold angle (rad) at which each joint starts, by its name.
+    welds
+        Pairs of links that are parts of one panel.
+    """
+
+    base: str
+    starts: dict[str, float]
+    welds: list[tuple[str, str]]
+
+
+def read_closures(model_path: str) -> ModelClosures:
+    """Return the closures of a URDF file, from the file `.closure.json` beside it.
+
+    InputFileError as of `read_text_file`, and for a file that is no JSON or lacks a value.
+    """
+    path = Path(model_path).with_suffix(".closure.json")
+    text = read_text_file(path, "the loops, which URDF cannot hold, in", MAX_MODEL_BYTES)
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
+        raise InputFileError(f"{path} holds no closures, which are JSON; export the model anew") from None
+    joints, closures = _value(data, "joints", dict, path), _value(data, "closures", list, path)
+    starts = {name: _start(facts, name, path) for name, facts in joints.items()}
+    first, second = (
+        [_value(_value(closure, end, dict, path), "link", str, path) for closure in closures]
+        for end in ("first", "second")
+    )
+    return ModelClosures(_value(data, "base", str, path), starts, list(zip(first, second, strict=True)))
+
+
+def _start(facts: Any, joint: str, path: Path) -> float:
+    """Return the angle at which a joint starts."""
+    start = facts.get("start_rad") if isinstance(facts, dict) else None
+    if start is None or not is_finite_number(start):
+        raise model_error(path, f"joint {joint!r:.60} has no number start_rad")
+    return float(start)
+
+
+def _value(data: Any, key: str, kind: type[dict[str, Any] | list[Any] | str], path: Path) -> Any:
+    """Return a value of an object; InputFileError where it is missing or of another kind."""
+    value = data.get(key) if isinstance(data, dict) else None
+    if not isinstance(value, kind):
+        what = "an object" if kind is dict else "a list" if kind is list else "a text"
+        raise model_error(path, f"{key!r} is missing, or not {what}")
+    return value

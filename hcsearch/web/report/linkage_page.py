@@ -1,0 +1,117 @@
+"""The page of one linkage that is no design: its motions, its properties, and the commands that give more."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+
+from markupsafe import Markup
+
+from hcsearch.cases.case import Case
+from hcsearch.cases.replay import Replay
+from hcsearch.cases.replay_sources import replay_of_deployment
+from hcsearch.springs.deployment.deployment_facts import Deployed
+from hcsearch.web.player import payload_of, player_script
+from hcsearch.web.player.player_page import as_script, digest_of
+from hcsearch.web.report.design_data import ShownMotion
+from hcsearch.web.report.motion_plots import plots_of
+from hcsearch.web.report.plots import curve_swatch
+from hcsearch.web.report.templating import joined_script, page_style, template_environment
+
+
+@dataclass(frozen=True)
+class LinkageData:
+    """The content of the page.
+
+    Parameters
+    ----------
+    title
+        The name of the linkage.
+    sentence
+        What it is, and whether springs open it.
+    meta
+        What the results depend on.
+    picture
+        Its flat pattern as SVG, of integers, fixed words and an escaped title.
+    motions
+        To play.
+    facts
+        The name and the value of each property.
+    commands
+        That print or draw more, each with what it does.
+    notes
+        Sentences on the properties.
+    published
+        Name, published value and verdict of properties that the thesis states.
+    links
+        The words and the address of neighbouring pages.
+    """
+
+    title: str
+    sentence: str
+    meta: Sequence[tuple[str, str]]
+    picture: str
+    motions: Sequence[ShownMotion]
+    facts: Sequence[tuple[str, str]]
+    commands: Sequence[tuple[str, str]]
+    notes: Sequence[str] = ()
+    published: Sequence[tuple[str, str, str]] = ()
+    links: Sequence[tuple[str, str]] = ()
+
+
+def page_meta(case: Case) -> list[tuple[str, str]]:
+    """Return what the results on a page depend on."""
+    return [
+        ("scene", case.setup.name),
+        ("hcsearch", version("hcsearch")),
+        ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
+    ]
+
+
+def lead_sentence(facts: Mapping[str, object], deployed: Deployed) -> str:
+    """Return what a linkage is, and what springs do with it.
+
+    facts : its panels, hinges, dof and kutzbach.
+    """
+    dof = facts["dof"]
+    freedom = "an undecided number of degrees" if dof is None else f"{dof} degree{'' if dof == 1 else 's'}"
+    kutzbach = f"Kutzbach's formula gives {facts['kutzbach']}"
+    parts = f"{facts['panels']} panels and {facts['hinges']} hinges with {freedom} of freedom, where {kutzbach}."
+    if deployed.verdict == "deploys":
+        time = "" if deployed.flat_time is None else f" in {deployed.flat_time:.3g} s"
+        return f"{parts} Springs alone open it{time}, and its panels are certified not to collide."
+    return f"{parts} Springs in the scene {deployed.deployment.compiled.setup.name}: {deployed.reason}."
+
+
+def motion_by_springs(name: str, deployed: Deployed, command: str) -> ShownMotion:
+    """Return the motion by springs for a page."""
+    replay = replay_of_deployment(deployed.deployment, name, reason=deployed.reason)
+    return shown_motion("Motion by springs", replay, command, deployed)
+
+
+def shown_motion(title: str, replay: Replay, command: str, deployed: Deployed | None = None) -> ShownMotion:
+    """Return a motion for a page; deployed : the deployment that it replays."""
+    payload = payload_of(replay)
+    plots = plots_of(replay, payload, None if deployed is None else deployed.deployment)
+    return ShownMotion(title, payload["source"], command, payload, plots)
+
+
+def render_linkage(data: LinkageData) -> str:
+    """Return the HTML page of a linkage; all text is escaped, and its policy admits only its own scripts."""
+    scripts = [player_script(), joined_script(("copy", "design"))]
+    return (
+        template_environment()
+        .get_template("linkage.html")
+        .render(
+            data=data,
+            # Trusted: integers and fixed words, and a title that `draw_pattern` escapes.
+            picture=Markup(f'<div class="picture">{data.picture}</div>'),
+            swatch=lambda k: Markup(curve_swatch(k)),
+            payload=Markup(as_script([motion.payload for motion in data.motions])),
+            style=Markup(page_style("style.css", "design.css")),
+            scripts=[Markup(script) for script in scripts],
+            digests=[digest_of(script) for script in scripts],
+        )
+    )

@@ -1,0 +1,37 @@
+"""Certificates of patterns of files."""
+
+import json
+import re
+
+import pytest
+
+from hcsearch.api.proving import prove, verify
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.motion.certificates.certificate_data import checksum
+from hcsearch.motion.certificates.certifying import CertificateError
+from tests.export.test_any_panels import drawing_of, strip, written
+
+
+def _square(x, y):
+    return [(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)]
+
+
+def test_the_certificate_of_a_pattern_holds_and_one_that_is_changed_does_not(tmp_path):
+    squares = [_square(0.0, 0.0), _square(1.0, 0.0), _square(2.0, 0.0), _square(2.0, 1.0)]
+    path = written(tmp_path, drawing_of(squares, {(0, 1): "M", (1, 2): "V", (2, 3): "M"}))
+    certificate = prove(path, tmp_path / "path.json", db="none.sqlite")
+    (sentence,) = certificate.sentences
+    assert re.match("the pattern of 4 panels and 3 hinges in the certificate, named 'own.fold': a path from", sentence)
+    assert verify(certificate.path).sentences == certificate.sentences
+    data = json.loads(certificate.path.read_text())
+    data["claims"][0]["array"]["hinges"][0]["face"] = "top"
+    del data["sha256"]
+    certificate.path.write_text(json.dumps(data | {"sha256": checksum(data)}))
+    with pytest.raises(CertificateError):
+        verify(certificate.path)
+
+
+def test_a_pattern_off_every_lattice_has_no_certificate(tmp_path):
+    with pytest.raises(HcsearchError, match="on the lattice of a tiling, and this pattern is on none"):
+        prove(written(tmp_path, strip([2.0, 1.5], "M")), tmp_path / "path.json", db="none.sqlite")
+    assert not (tmp_path / "path.json").exists()
