@@ -26,7 +26,7 @@ from hcsearch.cli.progress import ProgressMeter
     help="How many efforts the search for a path or a lock may make.  [default: 5]",
 )
 def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
-    """Write a certificate that a folding, or a pattern on the lattice of a grid, can be opened, or that no motion opens it.
+    """Write a certificate that a folding, or a pattern on a grid's lattice, can be opened, or that no motion opens it.
 
     The certificate of a path states that loops stay closed, and that panels, shrunk by a margin, keep apart from
     packed to flat. The certificate of a lock lists boxes of fold angles that no motion leaves, or no motion without a

@@ -64,6 +64,15 @@ def test_a_partly_closed_folded_form_is_checked(tmp_path):
     assert checked.dof_packed == 2
 
 
+def test_a_step_of_an_animation_is_no_packed_state_unless_all_hinges_are_at_stops():
+    steps = {"file_classes": ["singleModel", "animation"]}
+    on_the_way, packed = (
+        packed_of(with_form(strip([2.0, 1.5, 1.8], "MV"), form) | steps) for form in ([-90, 45], [-180, 0])
+    )
+    assert [hinge.closes for hinge in on_the_way.pattern.hinges] == [True, True]
+    assert [hinge.closes for hinge in packed.pattern.hinges] == [True, False]
+
+
 @pytest.mark.parametrize("name", ["unit-ii", "element-6r"])
 def test_the_packed_frame_of_an_export_states_its_packed_state(name, tmp_path):
     (path,) = save(name, tmp_path / "a.fold")

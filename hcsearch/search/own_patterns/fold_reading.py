@@ -24,6 +24,7 @@ from hcsearch.search.own_patterns.fold_values import (
     FrameValues,
     crease_pattern_frame,
     folded_form_frame,
+    is_animation,
     is_finite_number,
 )
 from hcsearch.search.own_patterns.folded_forms import FoldedFormError, ListedSheet, folded_form_angles
@@ -109,16 +110,17 @@ def parse_fold(text: str, path: str = "the text") -> PatternDrawing:
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
     frame = crease_pattern_frame(data, path)
     form = folded_form_frame(data, path, frame)
-    return _Reader(FrameValues(frame), None if form is None else FrameValues(form)).drawing()
+    return _Reader(FrameValues(frame), None if form is None else FrameValues(form), is_animation(data)).drawing()
 
 
 class _Reader:
     """The points, edges and faces of one crease pattern, as listed in a file.
 
     form_angles : fold angles of the edges in a folded form; None without one. form_fault : as of `PatternDrawing`.
+    form_is_step : whether the form is a step of a motion, and its angles do not count where they are between the stops.
     """
 
-    def __init__(self, values: FrameValues, form: FrameValues | None) -> None:
+    def __init__(self, values: FrameValues, form: FrameValues | None, form_is_step: bool) -> None:
         self.values = values
         points = values.points()
         self.edges = values.edges(len(points))
@@ -148,7 +150,9 @@ class _Reader:
             corners = [without_straight_corners(face, plane, STRAIGHT_SIDE_SHARE) for face in self.faces]
             sheet = ListedSheet(points, self.faces, corners, self.edges)
             try:
-                self.form_angles = folded_form_angles(values, sheet, form, tolerance)
+                angles = folded_form_angles(values, sheet, form, tolerance)
+                if not form_is_step or all(angle is None or abs(angle) in {0.0, 180.0} for angle in angles):
+                    self.form_angles = angles
             except InputFileError as error:
                 self.form_fault = str(error)
             except FoldedFormError as error:

@@ -63,6 +63,12 @@ def folded_form_frame(data: Mapping[str, Any], path: str, pattern: FoldFileFrame
     return None
 
 
+def is_animation(data: Mapping[str, Any]) -> bool:
+    """Whether a file is of the class `animation`, in which folded forms are steps of a motion."""
+    classes = data.get("file_classes")
+    return isinstance(classes, list) and "animation" in classes
+
+
 def _frames(data: Mapping[str, Any], path: str) -> list[Mapping[str, Any]]:
     """Return the key frame and the others, without empty values; InputFileError where they are no frames."""
     listed = data.get("file_frames") or []
