@@ -259,7 +259,7 @@ def _names_grid(condition: Condition) -> bool:
 
 def _compared(source: FromClause, view: str, condition: Condition, grids: Sequence[str]) -> ColumnElement[bool]:
     name, sign, value = condition.name, condition.sign, condition.value
-    if name == FITS and set(_STOWED_SIDES) <= set(column_names(view)):
+    if name.lower() == FITS and set(_STOWED_SIDES) <= set(column_names(view)):
         return _fitted(source, condition)
     quantity = find_quantity(view, name)
     source_column = source.c[name]
@@ -278,7 +278,7 @@ def _compared(source: FromClause, view: str, condition: Condition, grids: Sequen
 def _fitted(source: FromClause, condition: Condition) -> ColumnElement[bool]:
     """Return the condition that the stowed box goes into an envelope, or with `!=` that it does not."""
     if condition.sign not in ("=", "!=") or not condition.value:
-        raise QueryError(f"{condition.text!r} names no envelope: write fits=3U, or fits=340x640x130 in mm")
+        raise QueryError(f"{condition.text!r} names no envelope by = or !=: write fits=3U, or fits=340x640x130 in mm")
     sides = [source.c[name] for name in _STOWED_SIDES]
     laid = (
         and_(*(side <= literal(room + _FIT_TOLERANCE_MM) for side, room in zip(sides, rooms, strict=True)))

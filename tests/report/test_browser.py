@@ -233,7 +233,7 @@ WORDS = (
         "(SYMMETRY != 1)",
         "foldings",
     ),
-    *("fits=150x100x30", "fits!=30x100x150", "fits=3u", "fits", "fits<=3U", "fits=4U", "fits=0x1x1"),
+    *("fits=150x100x30", "fits!=30x100x150", "fits=3u", "FITS=3U", "fits", "fits<=3U", "fits=4U", "fits=0x1x1"),
     *("N>8", "status=nothing", "n=x", "n=", "n==8", "circuit=hex:0234550132", "id<=40"),
 )
 

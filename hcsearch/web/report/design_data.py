@@ -44,6 +44,7 @@ class ShownMotion:
     """A motion that the page plays and plots; `command` reproduces it.
 
     shows : the status of the folding that the motion proves: `movable`, `deploys`, or empty for none.
+    flat_time : s until it is flat by springs, in the digits on which tolerances agree; None without agreement.
     """
 
     title: str
@@ -52,6 +53,7 @@ class ShownMotion:
     payload: Payload
     plots: Sequence[DrawnPlot]
     shows: str = ""
+    flat_time: float | None = None
 
 
 @dataclass(frozen=True)
@@ -148,8 +150,7 @@ def fetch_design_data(
 def _sentence(circuit: Circuit, panel: PanelSize, best: ShownFolding | None) -> str:
     if best is None:
         return design_sentence(circuit, panel, "no_folding", None)
-    first = best.motions[0].payload if best.motions else None
-    seconds = first["at"][-1] if first is not None and first["axis"] == "time" else None
+    seconds = best.motions[0].flat_time if best.motions else None
     return design_sentence(circuit, panel, best.status, best.room, seconds)
 
 
@@ -295,7 +296,8 @@ def _motions(
     shows = "deploys" if agreement is not None and agreement.verdict == "deploys" else ""
     plots = plots_of(replay, payload, deployment)
     opens = shows == "deploys" or (verdict is not None and verdict.status == "deploys")
-    motions.insert(
-        0 if opens else len(motions), ShownMotion("Motion by springs", source, command, payload, plots, shows)
-    )
+    agreed = None if agreement is None else agreement.flat_time
+    flat_time = agreed if best is None or best["deploy_time"] is None else float(str(best["deploy_time"]))
+    motion = ShownMotion("Motion by springs", source, command, payload, plots, shows, flat_time)
+    motions.insert(0 if opens else len(motions), motion)
     return motions

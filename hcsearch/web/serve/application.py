@@ -172,7 +172,7 @@ class Application:
         read_parameters(_pairs(request), {})
         if name not in ASSEMBLIES:
             raise MissingError(f"no assembly {name!r}: choose one of those at /assemblies")
-        text = self._computed(jobs.assembly_page, name)
+        text = self.computing((jobs.assembly_page, name), jobs.assembly_page, self.db, name)  # of no design stored
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAME_POLICY})
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:

@@ -167,7 +167,7 @@ class ComputingPool:
         with suppress(KeyError):
             return self._cache[key]
         if not self._room.acquire(blocking=False):
-            raise BusyError("other designs are computed right now: try again in a few seconds")
+            raise BusyError("other pages are computed right now: try again in a few seconds")
         try:
             return self._computed(key, call, arguments)
         finally:
@@ -177,7 +177,7 @@ class ComputingPool:
         try:
             worker = self._idle.get(timeout=self._seconds)
         except Empty:
-            raise BusyError("other designs are computed right now: try again in a minute") from None
+            raise BusyError("other pages are computed right now: try again in a minute") from None
         try:
             with suppress(KeyError):  # computed by another thread meanwhile
                 return self._cache[key]

@@ -11,7 +11,7 @@ const Conditions = (() => {
   };
 
   function compared(table, { name, sign, value, text }) {
-    if (name === Envelopes.NAME) return Envelopes.fitted(table, { sign, value, text });
+    if (name.toLowerCase() === Envelopes.NAME) return Envelopes.fitted(table, { sign, value, text });
     const quantity = table.quantity(name);
     if (!quantity) {
       const hint = Nearest.hint(name, table.quantities.map((one) => one.name));

@@ -19,7 +19,7 @@ const Envelopes = (() => {
 
   // Whether each design satisfies a condition; null where its stowed box is not known.
   function fitted(table, { sign, value, text }) {
-    if (!["=", "!="].includes(sign) || !value) throw new Error(`“${text}” names no envelope: write fits=3U, or fits=340x640x130 in mm`);
+    if (!["=", "!="].includes(sign) || !value) throw new Error(`“${text}” names no envelope by = or !=: write fits=3U, or fits=340x640x130 in mm`);
     const rooms = sidesOf(table.envelopes, value), columns = SIDES.map((name) => table.designs[name]);
     return (i) => {
       const sides = columns.map((column) => column[i]);

@@ -81,6 +81,7 @@ function follow() {
   find.value = told.q || "";
   column.value = sort.replace("-", "");
   chosen = Object.fromEntries(Facets.NAMES.map((facet) => [facet, Address.list(told[facet])]));
+  const before = Columns.names(table);
   Columns.choose(table, Address.list(told.columns));
   Columns.check(chooser);
   plot.follow();
@@ -89,6 +90,7 @@ function follow() {
   shape.value = as;
   select();
   if (!same) arrange();
+  else if (Columns.names(table) !== before) view().layout();
 }
 
 tools.addEventListener("submit", (event) => event.preventDefault());

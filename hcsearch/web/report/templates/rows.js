@@ -48,10 +48,21 @@ const Rows = (() => {
       }
     }
 
+    const watch = new IntersectionObserver((entries) => {
+      if (entries.some(({ isIntersecting }) => isIntersecting)) more();
+    }, { rootMargin: "600px" });
+
     function fill() {
       body.replaceChildren();
       mark();
+      more();
+    }
+
+    // The end is watched anew: it may still be near, of which the observer would not speak again.
+    function more() {
       extend(STEP);
+      watch.unobserve(end);
+      if (body.childElementCount < order.length) watch.observe(end);
     }
 
     // The same rows stay, with what has the focus in them.
@@ -67,8 +78,10 @@ const Rows = (() => {
       fill();
     }
 
+    // A row shows nothing of the chosen folding, and what has the focus in it stays.
     function refresh(i) {
-      body.querySelector(`[data-index="${i}"]`)?.replaceWith(row(table, i, shown));
+      const pick = body.querySelector(`[data-index="${i}"] [name=pick]`);
+      if (pick) pick.checked = Compare.has(i);
     }
 
     function print(on) {
@@ -88,9 +101,6 @@ const Rows = (() => {
       if (target.closest("button, label") || !getSelection().isCollapsed) return;
       opened(Number(target.closest("tr").dataset.index));
     });
-    new IntersectionObserver((entries) => {
-      if (entries.some(({ isIntersecting }) => isIntersecting)) extend(STEP);
-    }, { rootMargin: "600px" }).observe(end);
     return { show, layout, refresh, print };
   }
 

@@ -14,7 +14,6 @@ export class View {
     constructor(motion, solids) {
         this.motion = motion;
         this.solids = solids;
-        this.fit((at) => motion.posesAt(at));
         this.along = longSide(solids);
         const turn = this.along - Math.PI / 2;
         this.home = { turn: turn - ASLANT, lift: 0.72 };
