@@ -21,7 +21,7 @@ OPEN_DETAILS = "document.querySelectorAll('details').forEach((part) => { part.op
 
 
 def install(folder):
-    """Install axe-core in a folder, if it is not there, and return its script. Needs npm: without it tests fail, they are not skipped."""
+    """Install axe-core in a folder where it is not there, and return its script. Needs npm: without it tests fail."""
     script = folder / "node_modules" / "axe-core" / "axe.min.js"
     if not script.exists():
         words = ["npm", "install", "--no-audit", "--no-fund", "--silent", "--prefix", str(folder), PACKAGE]

@@ -424,10 +424,11 @@ def test_a_closed_pipe_ends_quietly(tmp_path):
     assert done.stderr == ""
 
 
-def test_ctrl_c_in_a_finaliser_ends_a_command():
+def test_ctrl_c_in_a_finaliser_ends_a_command(tmp_path):
     code = """
-import signal, sys
+import signal, sys, time
 from hcsearch import cli
+from hcsearch.system.outputs import replacing_file
 
 class Held:
     def __del__(self):
@@ -435,14 +436,16 @@ class Held:
 
 @cli.hcsearch.command()
 def hold():
-    Held()
-    print("it went on", flush=True)
+    with replacing_file("a.txt"):
+        Held()
+        time.sleep(30)
 
 cli.main()
 """
-    done = subprocess.run([sys.executable, "-c", code, "hold"], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (INTERRUPT_EXIT_CODE, "")
-    assert done.stderr == f"{INTERRUPT_MESSAGE}\n"
+    line = [sys.executable, "-c", code, "hold"]
+    done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, list(tmp_path.iterdir())) == (INTERRUPT_EXIT_CODE, [])
+    assert done.stderr == f"\n{INTERRUPT_MESSAGE}\n"
 
 
 def test_help_and_version_do_not_load_the_engine():

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError, OutputError
 from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
 from hcsearch.cases.pattern_files import DrawnDesign, is_pattern_file, read_pattern_file
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, no_folding_reason, split_crease
-from hcsearch.designs.panel_sizes import PanelSize, default_panel
+from hcsearch.designs.panel_sizes import PanelSize, default_panel, panel_text
 from hcsearch.designs.twisting import twist
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
@@ -122,7 +122,7 @@ def show_page(
         As in `show`, or the name of an assembly; a circuit is shown in the scene `default`.
     path
         The file to write, by default reports/design-DESIGN.html, reports/assembly-NAME.html or
-        reports/pattern-NAME.html.
+        reports/pattern-FILE.html.
 
     Returns
     -------
@@ -185,10 +185,18 @@ def _file_page(name: str, path: str | Path | None, db: Place | None, *, scene: s
     from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - texts do without pages and their engine
     from hcsearch.web.report.pattern_page import write_pattern  # noqa: PLC0415
 
-    place = Path(path or f"reports/pattern-{Path(name).stem}.html")
+    place = Path(path or f"reports/pattern-{Path(name).name}.html")
     check_output(str(place))
+    if place.exists() and place.samefile(name):
+        raise OutputError(f"{place} is the file with the pattern: write the page to another one")
     case = resolve(name, db, scene=scene, panel=panel)
     if case.folding is not None:
+        if case.panel != default_panel(case.folding.circuit.grid.name):
+            raise HcsearchError(
+                f"{name} draws {case.folding.notation} with panels of {panel_text(case.panel)} mm, and the page of a "
+                "folding that no database holds shows default panels: enumerate it in a scene with these panels and "
+                "name its id, or see hcsearch check"
+            )
         return show_page(case.folding, place, db=db, scene=scene, panel=panel)
     options = [("--scene", scene), ("--panel", panel)]
     return write_pattern(case, place, "".join(f" {key} {shlex.quote(value)}" for key, value in options if value))
@@ -216,8 +224,8 @@ def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:
         if name in ASSEMBLIES:
             raise HcsearchError(f"{name} is an assembly: see hcsearch assembly {name}")
         raise HcsearchError(
-            f"{name!r} is no design: give an id, the notation of a circuit such as hex:0234550132, or the name of an "
-            "assembly (`hcsearch assembly list`)"
+            f"{name!r} is no design: give an id, the notation of a circuit such as hex:0234550132, a file .fold, .urdf "
+            "or .xml, or the name of an assembly (`hcsearch assembly list`)"
         )
     return split_crease(name)
 

@@ -115,7 +115,9 @@ class Case:
 
     @property
     def title(self) -> str:
-        """The name of the subject."""
+        """The name of the subject; of a pattern, that of its file."""
+        if isinstance(self.what, DrawnPattern):
+            return Path(self.what.path).name
         return str(next(iter(self.facts.values())))
 
     @property
@@ -209,8 +211,6 @@ class Case:
 
     def to_move(self) -> Folding:
         """Return the folding for a motion along a path; HcsearchError if the case allows none."""
-        if isinstance(self.what, DrawnPattern):
-            raise HcsearchError(f"{self.title} is a pattern, no folding of a design: name DESIGN:CREASE")
         if self.folding is None:
             raise HcsearchError(
                 f"{self.title} is an assembly, which has no packed state in stacks, and no path is planned: name "
@@ -224,7 +224,9 @@ class Case:
         if self.drive is not None:
             raise SceneError(f"{self.name} has a drive: give it to hcsearch deploy, or leave out its table [drive]")
         if self.formulation not in (None, "constrained"):
-            raise SceneError(f"{self.name} has formulation = {self.formulation!r}: drives need 'constrained'")
+            raise SceneError(
+                f"{self.name} has formulation = {self.formulation!r}: motions along a path need 'constrained'"
+            )
         if self.look_of == "name":
             springs = self.look.springs or self.look.pairs
             raise SceneError(f"{springs!r} is a variant of a scene: name the scene alone, and --flat-pairs")

@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.metadata import entry_points, version
 from typing import Any, TextIO
@@ -121,7 +121,7 @@ def main() -> None:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     # read by numba on import, for the compiler part that all kernels of a process share: a tenth faster
     os.environ.setdefault("NUMBA_OPT", "1")
-    unraisable, sys.unraisablehook = sys.unraisablehook, _exit_if_interrupted
+    unraisable, sys.unraisablehook = sys.unraisablehook, _interrupting_again(sys.unraisablehook)
     try:
         signal.signal(signal.SIGINT, _interrupt)
         with _warning_in_lines():
@@ -187,11 +187,19 @@ def _interrupt(_number: int, _frame: object) -> None:
     raise KeyboardInterrupt
 
 
-def _exit_if_interrupted(ignored: sys.UnraisableHookArgs) -> None:
-    """Exit at a Ctrl-C during a call whose exceptions Python prints and ignores, such as a finaliser."""
-    if isinstance(ignored.exc_value, KeyboardInterrupt):
-        exit_interrupted()
-    sys.__unraisablehook__(ignored)
+def _interrupting_again(hook: Callable[[sys.UnraisableHookArgs], object]) -> Callable[[sys.UnraisableHookArgs], None]:
+    """Return a hook for exceptions that Python prints and ignores, as in finalisers: a Ctrl-C comes again after it."""
+
+    def report(ignored: sys.UnraisableHookArgs) -> None:
+        if not isinstance(ignored.exc_value, KeyboardInterrupt):
+            hook(ignored)
+        elif hasattr(signal, "setitimer"):
+            signal.signal(signal.SIGALRM, _interrupt)
+            signal.setitimer(signal.ITIMER_REAL, 0.001)
+        else:
+            exit_interrupted()
+
+    return report
 
 
 def _discard(stream: TextIO | None) -> None:

@@ -100,7 +100,7 @@ def motion_(name: str, as_json: bool, **options: Any) -> None:
     states (a first-order motion more, but no branch), and dips of the least singular value. Loops are closed in every
     state, but panels may pass through each other.
 
-    Exit code: 0 if the motion comes to where it is followed until, or with `end` to a stop; 1 if it ends elsewhere, or
+    Exit code: 0 if the motion ends at the state that --until names, or with `end` at a stop; 1 if it ends elsewhere, or
     if no finite motion begins at the state; 2 for wrong input.
     """
     from hcsearch.api.exporting import save

@@ -217,7 +217,7 @@ def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int |
     """Write a picture of an extent (width, height) in units.
 
     pixels : screen pixels to `DRAWING_SIDE_UNITS` units in a standalone picture, with its own size and the style of
-        each line, whose width stays as the picture is enlarged; None where the page gives both.
+        each line, whose width stays as the picture is enlarged or reduced; None where the page gives both.
     """
     body = "".join(marks)
     head = f'role="img" viewBox="0 0 {extent[0]} {extent[1]}"'

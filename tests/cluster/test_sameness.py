@@ -97,6 +97,12 @@ def test_modules_that_were_loaded_after_a_change_are_noticed(monkeypatch):
         list(WorkerPool(1).map_ordered(len, ["a", "bb"]))
 
 
+def test_sources_are_not_read_again_where_no_file_has_changed(monkeypatch):
+    assert not sameness.are_sources_changed()
+    monkeypatch.setattr(sameness, "sources_digest", lambda: "of sources that were read again")
+    assert not sameness.are_sources_changed()
+
+
 def test_files_that_were_written_again_with_the_same_text_are_no_change(copy, monkeypatch):
     sources = sorted((copy / "hcsearch").rglob("*.py"))
     monkeypatch.setattr(sameness, "_ROOT", copy / "hcsearch")

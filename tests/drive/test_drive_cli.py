@@ -130,7 +130,7 @@ def test_a_time_law_within_such_bounds_is_refused(bound):
 @pytest.mark.parametrize(
     ("line", "word"),
     [
-        ("formulation = 'penalty'", "drives need 'constrained'"),
+        ("formulation = 'penalty'", "motions along a path need 'constrained'"),
         ("[drive]\nhinges = [0]", "has a drive: give it to hcsearch deploy"),
     ],
 )

@@ -85,6 +85,13 @@ def test_the_packed_frame_of_an_export_states_its_packed_state(name, tmp_path):
     assert [(hinge.face, hinge.closes) for hinge in hinges] == [(hinge.face, hinge.closes) for hinge in others]
 
 
+def test_a_pattern_without_listed_faces_has_no_folded_form():
+    data = with_form(strip([2.0, 1.5], "M"), [-90.0])
+    faces = data.pop("faces_vertices")
+    data["file_frames"][0]["faces_vertices"] = faces
+    assert packed_of(data).partly_closed is None
+
+
 def test_fold_angles_come_before_a_folded_form():
     data = with_form(strip([2.0, 1.5], [("M", -180)]), [-30.0])
     assert packed_of(data).pattern.hinges[0].closes

@@ -131,8 +131,15 @@ class CheckedPattern:
             if known:
                 yield f"dof {state}", "undecided" if dof is None else str(dof)
         yield "kutzbach", str(facts["kutzbach"])
-        for number, reason in enumerate(self.reasons):
-            yield "" if number else "results", reason
+        yield "packed state", self.packed.sentence
+        for end, sentence in self.locks.items():
+            yield f"lock at {end}", sentence
+        if self.branches:
+            yield "motions from flat", self.branches
+        if self.motion is not None:
+            yield "planned path", reason_of(self.motion, joined=False)
+        if self.deployment is not None:
+            yield "springs", self.deployment.reason
 
     @property
     def reasons(self) -> list[str]:

@@ -144,7 +144,7 @@ class _Reader:
         self.points = self._flat(points)
         self.form_angles: list[float | None] | None = None
         self.form_fault = ""
-        if form is not None and not (self.named and any(values.of_edges("edges_foldAngle") or ())):
+        if form is not None and self.faces and not (self.named and any(values.of_edges("edges_foldAngle") or ())):
             tolerance = SAME_DRAWN_POINT_SHARE * self.median
             plane = self.points.tolist()
             corners = [without_straight_corners(face, plane, STRAIGHT_SIDE_SHARE) for face in self.faces]

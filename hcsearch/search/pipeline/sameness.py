@@ -56,27 +56,27 @@ def sources_digest() -> str:
 def are_sources_changed() -> bool:
     """Whether the source files of hcsearch have changed since `running_program` was determined.
 
-    They are read again only where one has another size or time than it had then.
+    They are read again only where one has another size, time or place on the disk than it had then.
     """
     expected = running_program()[_SOURCES]
     return _file_states() != _states_at_start() and sources_digest() != expected
 
 
 def _source_files() -> list[Path]:
-    return sorted(_ROOT.rglob("*.py"))
+    return sorted(path for path in _ROOT.rglob("*.py") if path.is_file())  # no links to nothing, as editors make
 
 
-def _file_states() -> list[tuple[Path, int, int, int]]:
+def _file_states() -> list[tuple[Path, int, int, int, int]]:
     """Return the source files with what changes when one is written or replaced."""
     states = []
     for path in _source_files():
         state = path.stat()
-        states.append((path, state.st_size, state.st_mtime_ns, state.st_ino))
+        states.append((path, state.st_size, state.st_mtime_ns, state.st_ctime_ns, state.st_ino))
     return states
 
 
 @cache
-def _states_at_start() -> list[tuple[Path, int, int, int]]:
+def _states_at_start() -> list[tuple[Path, int, int, int, int]]:
     return _file_states()
 
 

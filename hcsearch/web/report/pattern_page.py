@@ -30,11 +30,11 @@ def fetch_pattern_data(case: Case, option: str = "") -> LinkageData:
     case : the pattern in a scene. option : of commands, for this scene and these sizes, with a space before it.
     """
     assert isinstance(case.what, DrawnPattern)
-    name, path = Path(case.what.path).name, shlex.quote(case.what.path)
+    name, path = case.title, shlex.quote(case.what.path)
     checked = pattern_mobility(name, case.what.packed, case.scene)
     motion = None if checked.locks else plan_linkage_motion(case.linkage, case.scene.margin)
     deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
-    planned = [] if motion is None else [("", reason_of(motion, joined=False))]
+    planned = [] if motion is None else [("planned path", reason_of(motion, joined=False))]
     return LinkageData(
         title=name,
         sentence=lead_sentence(checked.facts(), deployed),
