@@ -80,6 +80,24 @@ def test_a_finished_atlas_is_checked_and_left(small, tmp_path):
         build_atlas(path, **SMALL)
 
 
+@pytest.mark.parametrize(
+    ("kept", "fault"),
+    [
+        (lambda sums: "", "has no checksum of datapackage.json"),
+        (lambda sums: "".join(one for one in sums if "index.html" not in one), "has no checksum of index.html"),
+        (lambda sums: "".join(one for one in sums if "README.md" not in one), "has no checksum of README.md"),
+        (lambda sums: "".join(sums)[:-1], "has a line that is not a checksum, two spaces and a name"),
+        (lambda sums: "".join(sums).replace("  ", " "), "has a line that is not a checksum, two spaces and a name"),
+    ],
+)
+def test_checksums_that_are_not_whole_are_refused(small, tmp_path, kept, fault):
+    path = shutil.copytree(small.path, tmp_path / "copy")
+    sums = (path / "SHA256SUMS").read_text(encoding="utf-8").splitlines(keepends=True)
+    (path / "SHA256SUMS").write_text(kept(sums), encoding="utf-8")
+    with pytest.raises(OutputError, match=f"SHA256SUMS {fault}: remove .* and build the atlas anew"):
+        build_atlas(path, **SMALL)
+
+
 def test_files_that_others_add_are_not_counted(small, tmp_path):
     path = shutil.copytree(small.path, tmp_path / "copy")
     (path / "notes.txt").write_text("mine", encoding="utf-8")

@@ -12,7 +12,7 @@ import os
 import re
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,11 +26,13 @@ from hcsearch.web.atlas.atlas_request import AtlasRequest
 
 CHECKSUM_FILE = "SHA256SUMS"
 DESCRIPTION_FILE = "datapackage.json"
+CARD_FILE = "README.md"
 REQUEST_KEY = "hcsearch"
 """Key of the request in the description."""
 _WORK = "work"
 _LOCK = "lock"
 _REQUEST_FILE = "request.json"
+_CHECKSUM_LINE = re.compile(r"(?P<digest>[0-9a-f]{64})  (?P<name>.+)\n")
 _PART_NAME = re.compile(r"\.[0-9a-f]+\.part")
 """Names of files that are being written, see `replacing_file`."""
 _DESCRIPTION_BYTES = 64 * 2**20
@@ -53,9 +55,16 @@ class AtlasFolder:
         return (self.path / CHECKSUM_FILE).is_file()
 
     def checksums(self) -> dict[str, str]:
-        """Return the SHA-256 checksum of each file of a whole atlas by its path, without files that others added."""
-        text = read_text_file(self.path / CHECKSUM_FILE, max_bytes=_DESCRIPTION_BYTES)
-        return {name: digest for digest, _, name in (line.partition("  ") for line in text.splitlines())}
+        """Return the SHA-256 checksum of each file of a whole atlas by its path, without files that others added.
+
+        OutputError if the file of checksums is damaged.
+        """
+        file = self.path / CHECKSUM_FILE
+        text = read_text_file(file, max_bytes=_DESCRIPTION_BYTES)
+        lines = [_CHECKSUM_LINE.fullmatch(line) for line in text.splitlines(keepends=True)]
+        if not all(lines):
+            raise self._damaged(f"{file} has a line that is not a checksum, two spaces and a name")
+        return {line["name"]: line["digest"] for line in lines if line}
 
     def new_draft(self) -> Path:
         """Make an empty folder for the files of the atlas."""
@@ -73,11 +82,18 @@ class AtlasFolder:
             (draft / name).rename(self.path / name)
 
     def check(self) -> None:
-        """Raise OutputError if a file of a whole atlas is missing or changed."""
-        for name, digest in self.checksums().items():
+        """Raise OutputError if a file of a whole atlas is missing or changed, or has no checksum."""
+        checksums = self.checksums()
+        for name, digest in checksums.items():
             file = self.path / name
             if not file.is_file() or _digest(file) != digest:
-                raise OutputError(f"{file} is missing or was changed: remove {self.path} and build the atlas anew")
+                raise self._damaged(f"{file} is missing or was changed")
+        for name in (DESCRIPTION_FILE, CARD_FILE, *_described_files(self.path / DESCRIPTION_FILE)):
+            if name not in checksums:
+                raise self._damaged(f"{self.path / CHECKSUM_FILE} has no checksum of {name}")
+
+    def _damaged(self, fault: str) -> OutputError:
+        return OutputError(f"{fault}: remove {self.path} and build the atlas anew")
 
 
 @contextmanager
@@ -180,6 +196,14 @@ def _is_request(data: Any) -> bool:
     """Return whether data are a request, of any version of this program."""
     versions = data.get("versions") if isinstance(data, dict) else None
     return isinstance(versions, dict) and "hcsearch" in versions
+
+
+def _described_files(description: Path) -> list[str]:
+    """Return the paths that the description of an atlas names; none where it cannot be read."""
+    with suppress(OSError, InputFileError, ValueError, RecursionError, KeyError, TypeError):
+        data = json.loads(read_text_file(description, max_bytes=_DESCRIPTION_BYTES))
+        return [str(path) for resource in data["resources"] for path in resource["path"]]
+    return []
 
 
 def _difference(record: Mapping[str, Any], other: Mapping[str, Any]) -> str:
