@@ -1,6 +1,7 @@
 """Pictures of curves are the same, whatever the machine, the folder or a notebook sets for matplotlib."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -10,6 +11,7 @@ import pytest
 from matplotlib.image import imread
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.shape.angle_curves import draw_angle_curves
 from hcsearch.system import figures
 from hcsearch_bench.run.work_precision import plot_work
 from tests.commands import run_here, without_progress
@@ -124,3 +126,21 @@ def test_labels_stand_on_curves_and_those_without_room_in_a_legend(tmp_path):
         figures.label_curves(axes, "curve")
         assert [text.get_text() for text in axes.texts] == ["alone"]
         assert [text.get_text() for text in axes.get_legend().get_texts()] == ["near", "nearer"]
+
+
+@pytest.mark.parametrize("group_count", [3, 96])
+def test_curves_of_many_hinges_are_named_and_leave_room_for_the_plots(tmp_path, group_count):
+    names = [str(hinge) for hinge in range(96)]
+    places = np.linspace(0.0, 1.0, 30)
+    angles = np.array([places * (1.0 + hinge % group_count) for hinge in range(96)]).T
+    with figures.figure_for(tmp_path / "a.png", (9.0, 7.0)) as figure:
+        above, below = figure.subplots(2, 1, sharex=True)
+        draw_angle_curves(above, places, angles, names)
+        figures.label_curves(above, "hinge")
+        below.plot(places, places)
+    texts = [*above.texts, *above.get_legend().get_texts()]
+    assert sorted(re.findall(r"\d+", " ".join(text.get_text() for text in texts))) == sorted(names)
+    assert all(axes.get_position().width > 0.3 for axes in (above, below))
+    legend, frame = above.get_legend().get_window_extent(), figure.bbox
+    assert legend.x1 <= frame.x1
+    assert legend.y0 >= frame.y0

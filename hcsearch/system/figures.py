@@ -8,7 +8,7 @@ import os
 import re
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from logging.handlers import BufferingHandler
 from pathlib import Path
@@ -56,6 +56,8 @@ _LETTER_WIDTH, _LABEL_HEIGHT = 5.2, 10.0
 """Width of a letter and height of a label on a curve, pt."""
 TITLE_WIDTH = 92
 """Maximum number of characters in a line of a title."""
+LEGEND_WIDTH = 30
+"""Maximum number of characters in a line of a legend."""
 _BACKEND = "MPLBACKEND"
 _STYLE = {
     "axes.prop_cycle": f"cycler('color', {list(CURVE_COLOURS)})",
@@ -105,12 +107,14 @@ def line_style(number: int) -> dict[str, Any]:
     }
 
 
-def add_legend(axes: Axes, title: str) -> None:
-    """Add a legend beside the plot, in as many columns as needed."""
-    line_count = len(axes.get_legend_handles_labels()[0])
-    if line_count:
+def add_legend(axes: Axes, title: str, lines: Sequence[Line2D]) -> None:
+    """Add a legend of some lines beside the plot, with long labels wrapped, in as many columns as needed."""
+    labels = [textwrap.fill(str(line.get_label()), LEGEND_WIDTH) for line in lines]
+    if labels:
+        row_count = sum(1 + label.count("\n") for label in labels)
         position: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
-        axes.legend(title=title, fontsize="x-small", ncols=1 + (line_count - 1) // 20, handlelength=3.5, **position)
+        look: dict[str, Any] = {"fontsize": "x-small", "ncols": 1 + (row_count - 1) // 20, "handlelength": 3.5}
+        axes.legend(lines, labels, title=title, **look, **position)
 
 
 def label_curves(axes: Axes, title: str) -> None:
@@ -132,8 +136,7 @@ def label_curves(axes: Axes, title: str) -> None:
         if place is not None:
             x, y = axes.transData.inverted().transform(place)
             axes.text(x, y, str(line.get_label()), color=line.get_color(), **look)
-            line.set_label(f"_{line.get_label()}")
-    add_legend(axes, title)
+    add_legend(axes, title, [line for line, place in zip(lines, places, strict=True) if place is None])
 
 
 def _pixels(axes: Axes, line: Line2D) -> list[tuple[float, float]]:

@@ -84,11 +84,11 @@ def plots(tmp_path_factory):
 
 
 def named_curves(axes):
-    return [line for line in axes.get_lines() if not line.get_label().startswith("_child")]
+    return [line for line in axes.get_lines() if not line.get_label().startswith("_")]
 
 
 def test_a_driven_hinge_has_one_colour_in_both_plots(plots):
-    above, below = ({line.get_label().strip("_"): line.get_color() for line in named_curves(axes)} for axes in plots)
+    above, below = ({line.get_label(): line.get_color() for line in named_curves(axes)} for axes in plots)
     colours = {name: colour for names, colour in above.items() for name in names.split(", ")}
     assert len(above) == 3
     assert colours == below
