@@ -53,6 +53,7 @@ def test_the_files_hold_the_course_and_what_deploy_takes(written):
     assert len(list(course)) == 1 + 2 * n + len(printed["driven"])
     assert course["time_s"].iloc[-1] == pytest.approx(printed["seconds"])
     assert "<svg" in svg.read_text(encoding="utf-8")[:1000]
+    assert "<!-- fold angle, degrees (thin grey: not driven) -->" in svg.read_text(encoding="utf-8")
     assert svg.stat().st_size < 100_000
     result = CliRunner().invoke(deploy, [str(toml), "--json"], catch_exceptions=False)
     again = json.loads(result.stdout)
@@ -94,6 +95,10 @@ def test_a_driven_hinge_has_one_colour_in_both_plots(plots):
     assert colours == below
     looks = {(line.get_color(), str(line._dash_pattern), line.get_linewidth()) for line in named_curves(plots[1])}
     assert len(looks) == 10
+
+
+def test_a_plot_without_thin_grey_curves_explains_none(plots):
+    assert plots[0].get_ylabel() == "fold angle, degrees"
 
 
 def test_planned_torques_come_first_and_size_the_motor():

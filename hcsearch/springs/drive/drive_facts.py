@@ -125,9 +125,11 @@ class Drive:
             driven = list(torques.driven)
             names = [labels.hinges[k] for k in driven]
             numbers = draw_angle_curves(above, torques.times, torques.angles[:, driven], names)
-            for column in np.degrees(np.delete(torques.angles, driven, axis=1)).T:
+            others = np.degrees(np.delete(torques.angles, driven, axis=1))
+            for column in others.T:
                 above.plot(torques.times, column, linewidth=0.6, color="grey", alpha=0.6)
-            above.set(ylabel="fold angle, degrees (grey: not driven)")
+            if others.size:
+                above.set(ylabel="fold angle, degrees (thin grey: not driven)")
             reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
             set_title(above, f"{self.title}: {reason}")
             mark_collision(above, deployment)
