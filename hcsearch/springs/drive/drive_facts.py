@@ -137,8 +137,7 @@ class Drive:
                 below.plot(torques.times, column, label=name, **line_style(number))
             _draw_simulated(below, self, [curve_look(number).colour for number in numbers])
             below.set(xlabel="time, s", ylabel="torque, N m (band: simulated)")
-            for axes in (above, below):
-                label_curves(axes, "driven hinge")
+            label_curves(dict.fromkeys((above, below), "driven hinge"))
 
 
 def _facts(drive: Drive) -> dict[str, Any]:
