@@ -128,7 +128,7 @@ def test_labels_stand_on_curves_and_those_without_room_in_a_legend(tmp_path):
         assert [text.get_text() for text in axes.get_legend().get_texts()] == ["near", "nearer"]
 
 
-@pytest.mark.parametrize("group_count", [3, 96])
+@pytest.mark.parametrize("group_count", [3, 48])
 def test_curves_of_many_hinges_are_named_and_leave_room_for_the_plots(tmp_path, group_count):
     names = [str(hinge) for hinge in range(96)]
     places = np.linspace(0.0, 1.0, 30)
