@@ -1,6 +1,7 @@
 """Pictures of curves are the same, whatever the machine, the folder or a notebook sets for matplotlib."""
 
 import os
+import re
 import subprocess
 import sys
 
@@ -10,6 +11,7 @@ import pytest
 from matplotlib.image import imread
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.shape.angle_curves import draw_angle_curves
 from hcsearch.system import figures
 from hcsearch_bench.run.work_precision import plot_work
 from tests.commands import run_here, without_progress
@@ -121,6 +123,40 @@ def test_labels_stand_on_curves_and_those_without_room_in_a_legend(tmp_path):
         axes = figure.subplots()
         for label, height in (("alone", 0.0), ("near", 1.0), ("nearer", 1.01)):
             axes.plot([0.0, 1.0], [height, height], label=label)
-        figures.label_curves(axes, "curve")
+        figures.label_curves({axes: "curve"})
         assert [text.get_text() for text in axes.texts] == ["alone"]
         assert [text.get_text() for text in axes.get_legend().get_texts()] == ["near", "nearer"]
+
+
+@pytest.mark.parametrize("group_count", [3, 48])
+def test_curves_of_many_hinges_are_named_and_leave_room_for_the_plots(tmp_path, group_count):
+    names = [str(hinge) for hinge in range(96)]
+    places = np.linspace(0.0, 1.0, 30)
+    angles = np.array([places * (1.0 + hinge % group_count) for hinge in range(96)]).T
+    with figures.figure_for(tmp_path / "a.png", (9.0, 7.0)) as figure:
+        above, below = figure.subplots(2, 1, sharex=True)
+        draw_angle_curves(above, places, angles, names)
+        below.plot(places, places)
+        figures.label_curves({above: "hinge"})
+    texts = [*above.texts, *above.get_legend().get_texts()]
+    assert sorted(re.findall(r"\d+", " ".join(text.get_text() for text in texts))) == sorted(names)
+    assert all(axes.get_position().width > 0.3 for axes in (above, below))
+    legend, frame = above.get_legend().get_window_extent(), figure.bbox
+    assert legend.x1 <= frame.x1
+    assert legend.y0 >= frame.y0
+
+
+def test_labels_stand_within_plots_that_the_legend_of_another_plot_makes_narrow(tmp_path):
+    places = np.linspace(0.0, 1.0, 50)
+    with figures.figure_for(tmp_path / "a.png", (6.0, 4.0)) as figure:
+        above, below = figure.subplots(2, 1, sharex=True)
+        label = "a label that is nearly as wide as a plot without a legend"
+        above.plot(places, 0.0 * places, label=label)
+        above.plot(places, 1.0 + 0.0 * places, label="short")
+        for number in range(30):
+            below.plot(places, 1e-3 * number + places, label=f"curve {number}")
+        figures.label_curves({above: "upper", below: "lower"})
+    frame = above.get_window_extent()
+    assert [text.get_text() for text in above.texts] == ["short"]
+    assert all(frame.x0 <= x <= frame.x1 for box in [above.texts[0].get_window_extent()] for x in (box.x0, box.x1))
+    assert [text.get_text().replace("\n", " ") for text in above.get_legend().get_texts()] == [label]

@@ -57,12 +57,12 @@ def label_places(
 ) -> list[PlacePoint | None]:
     """Return the centre of a label on each curve, else beside it, None where it would cover a curve or a label.
 
-    curves : points with rising x. widths : of the labels.
+    curves : points with rising x. widths : of the labels of the first curves; the others have none.
     """
     xs = np.linspace(frame.left, frame.right, 2 + int((frame.right - frame.left) / (0.5 * frame.height)))
     heights = np.array([_heights(curve, xs) for curve in curves])
     reaches = [0.5 * width + 0.25 * frame.height for width in widths]
-    places: list[PlacePoint | None] = [None] * len(curves)
+    places: list[PlacePoint | None] = [None] * len(widths)
     for place_of in (_place_on, _place_beside):
         for number, reach in enumerate(reaches):
             if places[number] is None:

@@ -8,7 +8,7 @@ import os
 import re
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from logging.handlers import BufferingHandler
 from pathlib import Path
@@ -56,6 +56,8 @@ _LETTER_WIDTH, _LABEL_HEIGHT = 5.2, 10.0
 """Width of a letter and height of a label on a curve, pt."""
 TITLE_WIDTH = 92
 """Maximum number of characters in a line of a title."""
+LEGEND_WIDTH = 30
+"""Maximum number of characters in a line of a legend."""
 _BACKEND = "MPLBACKEND"
 _STYLE = {
     "axes.prop_cycle": f"cycler('color', {list(CURVE_COLOURS)})",
@@ -105,35 +107,65 @@ def line_style(number: int) -> dict[str, Any]:
     }
 
 
-def add_legend(axes: Axes, title: str) -> None:
-    """Add a legend beside the plot, in as many columns as needed."""
-    line_count = len(axes.get_legend_handles_labels()[0])
-    if line_count:
+def add_legend(axes: Axes, title: str, lines: Sequence[Line2D]) -> None:
+    """Add a legend of some lines beside the plot, with long labels wrapped, in as many columns as needed."""
+    labels = [textwrap.fill(str(line.get_label()), LEGEND_WIDTH) for line in lines]
+    if labels:
+        row_count = sum(1 + label.count("\n") for label in labels)
         position: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
-        axes.legend(title=title, fontsize="x-small", ncols=1 + (line_count - 1) // 20, handlelength=3.5, **position)
+        look: dict[str, Any] = {"fontsize": "x-small", "ncols": 1 + (row_count - 1) // 20, "handlelength": 3.5}
+        axes.legend(lines, labels, title=title, **look, **position)
 
 
-def label_curves(axes: Axes, title: str) -> None:
-    """Write the label of each curve on it where it covers no other curve, and add a legend of those without room."""
-    from matplotlib.patheffects import withStroke  # noqa: PLC0415 - only where a picture is wanted
+def label_curves(titles: Mapping[Axes, str]) -> None:
+    """Write the label of each curve on it where it covers no other curve, and add legends of those without room.
 
+    titles : of the legends, by the plots, which are all complete.
+    """
+    on_curves = {
+        axes: [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")] for axes in titles
+    }
+    in_legends: dict[Axes, list[Line2D]] = {axes: [] for axes in titles}
+    while True:
+        places = {axes: _label_places(axes, on_curves[axes], in_legends[axes]) for axes in titles}
+        crowded = [axes for axes in titles if len(places[axes]) < len(on_curves[axes])]
+        if not crowded:
+            break
+        for axes in crowded:  # a legend takes room from all plots, so that places are found anew
+            in_legends[axes] += [line for line in on_curves[axes] if line not in places[axes]]
+            on_curves[axes] = list(places[axes])
+            add_legend(axes, titles[axes], [line for line in axes.get_lines() if line in in_legends[axes]])
+    for axes in titles:
+        _write_labels(axes, places[axes])
+
+
+def _label_places(
+    axes: Axes, labelled: Sequence[Line2D], others: Sequence[Line2D]
+) -> dict[Line2D, tuple[float, float]]:
+    """Return the centres, in pixels, of the labels that have room on their curves in the present layout.
+
+    others : further curves, which labels must not cover.
+    """
     from hcsearch.system.curve_labels import LabelFrame, label_places  # noqa: PLC0415 - loads NumPy
 
     figure: Any = axes.figure
     figure.draw_without_rendering()  # places of curves are known only then
     bounds, point = axes.bbox, figure.dpi / 72.0
     frame = LabelFrame(bounds.x0, bounds.x1, bounds.y0, bounds.y1, _LABEL_HEIGHT * point)
-    lines = [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
-    widths = [_LETTER_WIDTH * point * len(str(line.get_label())) for line in lines]
+    widths = [_LETTER_WIDTH * point * len(str(line.get_label())) for line in labelled]
+    found = label_places([_pixels(axes, line) for line in (*labelled, *others)], widths, frame)
+    return {line: place for line, place in zip(labelled, found, strict=True) if place is not None}
+
+
+def _write_labels(axes: Axes, places: Mapping[Line2D, tuple[float, float]]) -> None:
+    """Write the labels of curves at their centres, in pixels, in the colours of the curves."""
+    from matplotlib.patheffects import withStroke  # noqa: PLC0415 - only where a picture is wanted
+
     look: dict[str, Any] = {"fontsize": "x-small", "fontweight": "bold", "ha": "center", "va": "center"}
     look["path_effects"] = [withStroke(linewidth=3.0, foreground="white")]
-    places = label_places([_pixels(axes, line) for line in lines], widths, frame)
-    for line, place in zip(lines, places, strict=True):
-        if place is not None:
-            x, y = axes.transData.inverted().transform(place)
-            axes.text(x, y, str(line.get_label()), color=line.get_color(), **look)
-            line.set_label(f"_{line.get_label()}")
-    add_legend(axes, title)
+    for line, place in places.items():
+        x, y = axes.transData.inverted().transform(place)
+        axes.text(x, y, str(line.get_label()), color=line.get_color(), **look)
 
 
 def _pixels(axes: Axes, line: Line2D) -> list[tuple[float, float]]:

@@ -80,6 +80,24 @@ def test_a_finished_atlas_is_checked_and_left(small, tmp_path):
         build_atlas(path, **SMALL)
 
 
+@pytest.mark.parametrize(
+    ("kept", "fault"),
+    [
+        (lambda sums: "", "has no checksum of datapackage.json"),
+        (lambda sums: "".join(one for one in sums if "index.html" not in one), "has no checksum of index.html"),
+        (lambda sums: "".join(one for one in sums if "README.md" not in one), "has no checksum of README.md"),
+        (lambda sums: "".join(sums)[:-1], "has a line that is not a checksum, two spaces and a name"),
+        (lambda sums: "".join(sums).replace("  ", " "), "has a line that is not a checksum, two spaces and a name"),
+    ],
+)
+def test_checksums_that_are_not_whole_are_refused(small, tmp_path, kept, fault):
+    path = shutil.copytree(small.path, tmp_path / "copy")
+    sums = (path / "SHA256SUMS").read_text(encoding="utf-8").splitlines(keepends=True)
+    (path / "SHA256SUMS").write_text(kept(sums), encoding="utf-8")
+    with pytest.raises(OutputError, match=f"SHA256SUMS {fault}: remove .* and build the atlas anew"):
+        build_atlas(path, **SMALL)
+
+
 def test_files_that_others_add_are_not_counted(small, tmp_path):
     path = shutil.copytree(small.path, tmp_path / "copy")
     (path / "notes.txt").write_text("mine", encoding="utf-8")
@@ -89,11 +107,29 @@ def test_files_that_others_add_are_not_counted(small, tmp_path):
     assert (small.files, small.size) == (len(contents(small.path)), sum(map(len, contents(small.path).values())))
 
 
-def test_work_left_beside_a_whole_atlas_is_removed(small, tmp_path):
+@pytest.mark.parametrize("begun", [False, True])
+def test_work_left_beside_a_whole_atlas_is_removed(small, tmp_path, begun):
     path = shutil.copytree(small.path, tmp_path / "copy")
     (path / "work").mkdir()
+    if begun:
+        request = json.loads((path / "datapackage.json").read_text(encoding="utf-8"))["hcsearch"]
+        (path / "work" / "request.json").write_text(json.dumps(request), encoding="utf-8")
+        (path / "work" / "certificates").mkdir()
     assert build_atlas(path, **SMALL).checksum == small.checksum
     assert not (path / "work").exists()
+
+
+@pytest.mark.parametrize("name", ["thesis.txt", "request.json", "download.part"])
+def test_a_folder_named_work_that_is_not_of_the_atlas_is_left(small, tmp_path, name):
+    path = shutil.copytree(small.path, tmp_path / "copy")
+    (path / "work").mkdir()
+    (path / "work" / name).write_text('{"url": "mine"}', encoding="utf-8")
+    assert build_atlas(path, **SMALL).checksum == small.checksum
+    assert contents(path / "work") == {name: b'{"url": "mine"}'}
+    (path / "SHA256SUMS").unlink()
+    with pytest.raises(OutputError, match="work is not the work of an atlas: move it away, or name another folder"):
+        build_atlas(path, **SMALL)
+    assert contents(path / "work") == {name: b'{"url": "mine"}'}
 
 
 def test_folders_of_something_else_are_refused_and_left(small, tmp_path):

@@ -24,14 +24,14 @@ def test_the_legend_has_all_lines(lines, columns):
     axes = Figure().subplots()
     for number in range(lines):
         axes.plot([0.0, 1.0], [0.0, number], label=str(number), **line_style(number))
-    add_legend(axes, "hinge")
+    add_legend(axes, "hinge", axes.get_lines())
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [str(number) for number in range(lines)]
     assert axes.get_legend()._ncols == columns
 
 
 def test_a_plot_without_lines_has_no_legend():
     axes = Figure().subplots()
-    add_legend(axes, "hinge")
+    add_legend(axes, "hinge", [])
     assert axes.get_legend() is None
 
 

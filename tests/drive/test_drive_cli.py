@@ -8,6 +8,7 @@ import sys
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from matplotlib.figure import Figure
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.deploy import deploy
@@ -52,6 +53,7 @@ def test_the_files_hold_the_course_and_what_deploy_takes(written):
     assert len(list(course)) == 1 + 2 * n + len(printed["driven"])
     assert course["time_s"].iloc[-1] == pytest.approx(printed["seconds"])
     assert "<svg" in svg.read_text(encoding="utf-8")[:1000]
+    assert "<!-- fold angle, degrees (thin grey: not driven) -->" in svg.read_text(encoding="utf-8")
     assert svg.stat().st_size < 100_000
     result = CliRunner().invoke(deploy, [str(toml), "--json"], catch_exceptions=False)
     again = json.loads(result.stdout)
@@ -67,6 +69,36 @@ def test_the_files_hold_the_course_and_what_deploy_takes(written):
     ):
         with pytest.raises(HcsearchError, match=word):
             CliRunner().invoke(command, [str(toml), *words], catch_exceptions=False)
+
+
+@pytest.fixture(scope="module")
+def plots(tmp_path_factory):
+    """The upper and the lower plot of a drive of all ten hinges, which turn in three groups."""
+    drawn, save = [], Figure.savefig
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            Figure, "savefig", lambda figure, *words, **options: drawn.append(figure) or save(figure, *words, **options)
+        )
+        words = [*QUICK, "--firm", "1", "--picture", str(tmp_path_factory.mktemp("plots") / "drive.png")]
+        CliRunner().invoke(drive, words, catch_exceptions=False)
+    return drawn[0].axes
+
+
+def named_curves(axes):
+    return [line for line in axes.get_lines() if not line.get_label().startswith("_")]
+
+
+def test_a_driven_hinge_has_one_colour_in_both_plots(plots):
+    above, below = ({line.get_label(): line.get_color() for line in named_curves(axes)} for axes in plots)
+    colours = {name: colour for names, colour in above.items() for name in names.split(", ")}
+    assert len(above) == 3
+    assert colours == below
+    looks = {(line.get_color(), str(line._dash_pattern), line.get_linewidth()) for line in named_curves(plots[1])}
+    assert len(looks) == 10
+
+
+def test_a_plot_without_thin_grey_curves_explains_none(plots):
+    assert plots[0].get_ylabel() == "fold angle, degrees"
 
 
 def test_planned_torques_come_first_and_size_the_motor():

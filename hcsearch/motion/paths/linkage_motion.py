@@ -227,7 +227,6 @@ class LinkageMotion(ByValue):
             above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
             draw_angle_curves(above, rows.lengths, rows.angles, self.labels.hinges)
             set_title(above, f"{self.name} from {self.start}: {self.sentence}")
-            label_curves(above, "hinge")
             below.plot(rows.lengths, rows.least_values, marker=".", markersize=3, **line_style(0))
             below.set(xlabel="arc length, rad", ylabel="least singular value", ylim=(0.0, None))
             for event in self.events:
@@ -242,6 +241,7 @@ class LinkageMotion(ByValue):
                     ha="right",
                     va="top",
                 )
+            label_curves({above: "hinge"})
 
     def _repr_html_(self) -> str | None:
         return notebook_view(self)

@@ -192,13 +192,12 @@ def draw_deployment(deployment: Deployment, path: str, title: str) -> None:
             if event.kind == "hit":
                 above.axvline(event.time, color="grey", linewidth=0.3)
         mark_collision(above, deployment)
-        label_curves(above, "hinge")
         for name, column in deployment_energies(deployment).items():
             if np.ptp(column) > 0.0:
                 label = name.removesuffix("_J").replace("_", " ")
                 below.plot(motion.times, column, label=label, **line_style(len(below.lines)))
         below.set(xlabel="time, s", ylabel="energy, J")
-        label_curves(below, "energy")
+        label_curves({above: "hinge", below: "energy"})
 
 
 @dataclass(frozen=True, repr=False)

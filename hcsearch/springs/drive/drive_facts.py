@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -123,19 +123,21 @@ class Drive:
         with figure_for(path, (9, 7), simpler=LINE_SIMPLIFICATION_PIXELS) as figure:
             above, below = figure.subplots(2, 1, sharex=True)
             driven = list(torques.driven)
-            draw_angle_curves(above, torques.times, torques.angles[:, driven], [labels.hinges[k] for k in driven])
-            for column in np.degrees(np.delete(torques.angles, driven, axis=1)).T:
+            names = [labels.hinges[k] for k in driven]
+            numbers = draw_angle_curves(above, torques.times, torques.angles[:, driven], names)
+            others = np.degrees(np.delete(torques.angles, driven, axis=1))
+            for column in others.T:
                 above.plot(torques.times, column, linewidth=0.6, color="grey", alpha=0.6)
-            above.set(ylabel="fold angle, degrees (grey: not driven)")
+            if others.size:
+                above.set(ylabel="fold angle, degrees (thin grey: not driven)")
             reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
             set_title(above, f"{self.title}: {reason}")
             mark_collision(above, deployment)
-            for number, column in enumerate(torques.torques.T):
-                below.plot(torques.times, column, label=labels.hinges[torques.driven[number]], **line_style(number))
-            _draw_simulated(below, self)
+            for name, number, column in zip(names, numbers, torques.torques.T, strict=True):
+                below.plot(torques.times, column, label=name, **line_style(number))
+            _draw_simulated(below, self, [curve_look(number).colour for number in numbers])
             below.set(xlabel="time, s", ylabel="torque, N m (band: simulated)")
-            for axes in (above, below):
-                label_curves(axes, "driven hinge")
+            label_curves(dict.fromkeys((above, below), "driven hinge"))
 
 
 def _facts(drive: Drive) -> dict[str, Any]:
@@ -196,14 +198,13 @@ LINE_SIMPLIFICATION_PIXELS = 0.5
 """Greatest deviation of a simplified line, in pixels."""
 
 
-def _draw_simulated(axes: Axes, drive: Drive) -> None:
+def _draw_simulated(axes: Axes, drive: Drive, colours: Sequence[str]) -> None:
     """Draw the simulated torques of each driven hinge: a faint band from the least to the greatest, and their mean."""
     driven = drive.deployment.driven
     if driven is None:
         return
     centres, mean, least, greatest = envelope(drive.deployment.motion.times, driven.torques)
-    for number in range(mean.shape[1]):
-        colour = curve_look(number).colour
+    for number, colour in enumerate(colours):
         axes.fill_between(centres, least[:, number], greatest[:, number], color=colour, alpha=0.2, linewidth=0.0)
         axes.plot(centres, mean[:, number], color=colour, alpha=0.6, linewidth=0.4)
 

@@ -14,12 +14,12 @@ from hcsearch.system.outputs import write_output
 from hcsearch.web.atlas.atlas_card import DATABASE_FILE, LICENCE_ADDRESS, card_text, citation, description_text
 from hcsearch.web.atlas.atlas_certificates import make_certificates, pack_certificates, proved_foldings
 from hcsearch.web.atlas.atlas_counts import atlas_counts, b_files, write_b_files
-from hcsearch.web.atlas.atlas_folder import CHECKSUM_FILE, DESCRIPTION_FILE, AtlasFolder
+from hcsearch.web.atlas.atlas_folder import CARD_FILE, CHECKSUM_FILE, DESCRIPTION_FILE, AtlasFolder
 from hcsearch.web.atlas.atlas_page import atlas_page
 from hcsearch.web.atlas.atlas_request import AtlasRequest
 from hcsearch.web.atlas.atlas_tables import write_tables
 
-_PAGE_FILE, _CARD_FILE = "index.html", "README.md"
+_PAGE_FILE = "index.html"
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def write_atlas(
         made = list(b_files(counts, request))
         write_b_files(made, draft / "bfiles")
         write_output(draft / _PAGE_FILE, atlas_page(database, request))
-    write_output(draft / _CARD_FILE, card_text(request, counts, made, count))
+    write_output(draft / CARD_FILE, card_text(request, counts, made, count))
     others = {
         "database": [DATABASE_FILE],
         "certificates": archives,

@@ -9,9 +9,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,11 +26,15 @@ from hcsearch.web.atlas.atlas_request import AtlasRequest
 
 CHECKSUM_FILE = "SHA256SUMS"
 DESCRIPTION_FILE = "datapackage.json"
+CARD_FILE = "README.md"
 REQUEST_KEY = "hcsearch"
 """Key of the request in the description."""
 _WORK = "work"
 _LOCK = "lock"
 _REQUEST_FILE = "request.json"
+_CHECKSUM_LINE = re.compile(r"(?P<digest>[0-9a-f]{64})  (?P<name>.+)\n")
+_PART_NAME = re.compile(r"\.[0-9a-f]+\.part")
+"""Names of files that are being written, see `replacing_file`."""
 _DESCRIPTION_BYTES = 64 * 2**20
 
 
@@ -50,9 +55,16 @@ class AtlasFolder:
         return (self.path / CHECKSUM_FILE).is_file()
 
     def checksums(self) -> dict[str, str]:
-        """Return the SHA-256 checksum of each file of a whole atlas by its path, without files that others added."""
-        text = read_text_file(self.path / CHECKSUM_FILE, max_bytes=_DESCRIPTION_BYTES)
-        return {name: digest for digest, _, name in (line.partition("  ") for line in text.splitlines())}
+        """Return the SHA-256 checksum of each file of a whole atlas by its path, without files that others added.
+
+        OutputError if the file of checksums is damaged.
+        """
+        file = self.path / CHECKSUM_FILE
+        text = read_text_file(file, max_bytes=_DESCRIPTION_BYTES)
+        lines = [_CHECKSUM_LINE.fullmatch(line) for line in text.splitlines(keepends=True)]
+        if not all(lines):
+            raise self._damaged(f"{file} has a line that is not a checksum, two spaces and a name")
+        return {line["name"]: line["digest"] for line in lines if line}
 
     def new_draft(self) -> Path:
         """Make an empty folder for the files of the atlas."""
@@ -70,25 +82,33 @@ class AtlasFolder:
             (draft / name).rename(self.path / name)
 
     def check(self) -> None:
-        """Raise OutputError if a file of a whole atlas is missing or changed."""
-        for name, digest in self.checksums().items():
+        """Raise OutputError if a file of a whole atlas is missing or changed, or has no checksum."""
+        checksums = self.checksums()
+        for name, digest in checksums.items():
             file = self.path / name
             if not file.is_file() or _digest(file) != digest:
-                raise OutputError(f"{file} is missing or was changed: remove {self.path} and build the atlas anew")
+                raise self._damaged(f"{file} is missing or was changed")
+        for name in (DESCRIPTION_FILE, CARD_FILE, *_described_files(self.path / DESCRIPTION_FILE)):
+            if name not in checksums:
+                raise self._damaged(f"{self.path / CHECKSUM_FILE} has no checksum of {name}")
+
+    def _damaged(self, fault: str) -> OutputError:
+        return OutputError(f"{fault}: remove {self.path} and build the atlas anew")
 
 
 @contextmanager
 def open_atlas_folder(path: str | Path, request: AtlasRequest) -> Iterator[AtlasFolder]:
     """Open the folder for an atlas, and remove its work at the end if the atlas is whole.
 
-    OutputError for a folder with other contents or of another request, and for one in which another process works.
+    A folder `work` beside a whole atlas that is not the work of an atlas is left as it is. OutputError for a folder
+    with other contents or of another request, and for one in which another process works.
     """
     folder = AtlasFolder(Path(path))
     _check_contents(folder, request)
     make_folder(folder.path)
     if folder.is_complete:
         folder.check()
-        if not folder.work.exists():
+        if not _is_own_work(folder.work):
             yield folder
             return
     folder.work.mkdir(exist_ok=True)
@@ -96,7 +116,7 @@ def open_atlas_folder(path: str | Path, request: AtlasRequest) -> Iterator[Atlas
         write_output(folder.work / _REQUEST_FILE, json.dumps(request.record(), indent=1) + "\n")
         yield folder
         if folder.is_complete:  # under the lock, which another process would else take
-            shutil.rmtree(folder.work)
+            _remove_work(folder.work)
 
 
 @contextmanager
@@ -127,33 +147,63 @@ def _check_contents(folder: AtlasFolder, request: AtlasRequest) -> None:
             f"{folder.path} holds an atlas of {_difference(recorded, asked)}, not of {_difference(asked, recorded)}: "
             "name another folder, or remove it"
         )
+    if not folder.is_complete and os.path.lexists(folder.work) and not _is_own_work(folder.work):
+        raise OutputError(f"{folder.work} is not the work of an atlas: move it away, or name another folder")
 
 
 def _is_unused(folder: AtlasFolder) -> bool:
     """Return whether a folder is empty but for work whose request was not written yet."""
-    if not folder.work.is_dir():
-        return not any(folder.path.iterdir())
-    begun = [path.name for path in folder.work.iterdir() if path.name != _LOCK and path.suffix != ".part"]
-    return not begun and [path.name for path in folder.path.iterdir()] == [_WORK]
+    names = [path.name for path in folder.path.iterdir()]
+    return not names or (names == [_WORK] and _is_unbegun_work(folder.work))
+
+
+def _is_own_work(work: Path) -> bool:
+    """Return whether a path is a folder of work on an atlas."""
+    return _is_unbegun_work(work) or _request_in(work / _REQUEST_FILE) is not None
+
+
+def _is_unbegun_work(work: Path) -> bool:
+    """Return whether a path is a folder of work whose request was not written yet."""
+    return work.is_dir() and all(path.name == _LOCK or _PART_NAME.fullmatch(path.name) for path in work.iterdir())
+
+
+def _remove_work(work: Path) -> None:
+    """Remove a folder of work; its request last, so that the next call goes on with a removal that was interrupted."""
+    for path in work.iterdir():
+        if path.name not in {_REQUEST_FILE, _LOCK}:
+            _remove(path)
+    shutil.rmtree(work)
 
 
 def _recorded_request(folder: AtlasFolder) -> dict[str, Any] | None:
     """Return the request of the work or of the atlas in a folder; None for a folder of something else."""
-    for place, key in ((folder.work / _REQUEST_FILE, None), (folder.path / DESCRIPTION_FILE, REQUEST_KEY)):
-        if place.is_file():
-            try:
-                data = json.loads(read_text_file(place, max_bytes=_DESCRIPTION_BYTES))
-            except (InputFileError, ValueError, RecursionError):
-                return None
-            found = data.get(key) if key is not None and isinstance(data, dict) else data
-            return found if _is_request(found) else None
-    return None
+    return _request_in(folder.work / _REQUEST_FILE) or _request_in(folder.path / DESCRIPTION_FILE, REQUEST_KEY)
+
+
+def _request_in(place: Path, key: str | None = None) -> dict[str, Any] | None:
+    """Return the request in a file, or in the entry of a file with this key; None where there is none."""
+    if not place.is_file():
+        return None
+    try:
+        data = json.loads(read_text_file(place, max_bytes=_DESCRIPTION_BYTES))
+    except (InputFileError, ValueError, RecursionError):
+        return None
+    found = data.get(key) if key is not None and isinstance(data, dict) else data
+    return found if _is_request(found) else None
 
 
 def _is_request(data: Any) -> bool:
     """Return whether data are a request, of any version of this program."""
     versions = data.get("versions") if isinstance(data, dict) else None
     return isinstance(versions, dict) and "hcsearch" in versions
+
+
+def _described_files(description: Path) -> list[str]:
+    """Return the paths that the description of an atlas names; none where it cannot be read."""
+    with suppress(OSError, InputFileError, ValueError, RecursionError, KeyError, TypeError):
+        data = json.loads(read_text_file(description, max_bytes=_DESCRIPTION_BYTES))
+        return [str(path) for resource in data["resources"] for path in resource["path"]]
+    return []
 
 
 def _difference(record: Mapping[str, Any], other: Mapping[str, Any]) -> str:
