@@ -7,6 +7,7 @@ import pytest
 
 from hcsearch.api.proving import prove, verify
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.motion.certificates import certifying, path_checker
 from hcsearch.motion.certificates.certificate_data import checksum
 from hcsearch.motion.certificates.certifying import CertificateError
 from tests.export.test_any_panels import drawing_of, strip, written
@@ -35,3 +36,26 @@ def test_a_pattern_off_every_lattice_has_no_certificate(tmp_path):
     with pytest.raises(HcsearchError, match="on the lattice of a tiling, and this pattern is on none"):
         prove(written(tmp_path, strip([2.0, 1.5], "M")), tmp_path / "path.json", db="none.sqlite")
     assert not (tmp_path / "path.json").exists()
+
+
+def test_facets_may_have_unequal_numbers_of_corners(tmp_path):
+    polygons = [_square(0.0, 0.0), _square(1.0, 0.0), [(2.0, 0.0), (3.0, 0.0), (2.0, 1.0)]]
+    sizes = {"frame_unit": "cm", "hcsearch:thickness": 0.12}
+    path = written(tmp_path, drawing_of(polygons, {(0, 1): "M", (1, 2): "V"}, **sizes))
+    certificate = prove(path, tmp_path / "path.json", db="none.sqlite")
+    assert verify(certificate.path).sentences == certificate.sentences
+    array = json.loads(certificate.path.read_text())["claims"][0]["array"]
+    assert [len(facet) for facet in array["facets"]] == [4, 4, 3]
+    array["facets"][2] = array["facets"][2][:2]  # a segment
+    with pytest.raises(path_checker.NotProvedError):
+        path_checker.checked(json.loads(certificate.path.read_text())["claims"][0] | {"array": array})
+
+
+def test_a_thickness_that_is_no_part_of_the_lattice_is_refused_before_the_search(tmp_path, monkeypatch):
+    polygons = [_square(0.0, 0.0), [(1.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0)]]
+    path = written(tmp_path, drawing_of(polygons, {(0, 1): "M"}))
+    certificate = prove(path, tmp_path / "path.json", panel="100x6", db="none.sqlite")
+    assert verify(certificate.path).sentences == certificate.sentences
+    monkeypatch.setattr(certifying, "plan_linkage_motion", None)
+    with pytest.raises(HcsearchError, match=r"is no simple part of the lattice: give --panel LENGTHxTHICKNESS"):
+        prove(path, tmp_path / "none.json", db="none.sqlite")
