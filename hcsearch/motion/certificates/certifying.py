@@ -74,7 +74,8 @@ def prove_pattern(
 ) -> tuple[dict[str, Any], list[str]]:
     """Prove a path or a lock of a pattern that is no design, as `prove_folding`; name : of its file.
 
-    HcsearchError also where its points lie on no lattice of a tiling, in whose whole numbers certificates are written.
+    HcsearchError also where its points lie on no lattice of a tiling, in whose whole numbers certificates are written,
+    or where these numbers are too large for the checkers.
     """
     array_data(linkage)  # before the search: it refuses what no certificate holds
     motion = plan_linkage_motion(linkage, margin, budget=budget)
