@@ -102,11 +102,11 @@ class Array:
     def __init__(self, data: Any) -> None:
         self.root, self.height, sizes = data["root"], data["thickness"], np.array([[len(x)] for x in data["facets"]])
         need(sizes.size * sizes.max() + len(data["hinges"]) < 1500 and set(data["unit"]) <= {*"0123456789/"}, "no size")
-        self.corner = np.minimum(np.arange(sizes.max()), sizes - 1)  # where some have more, the last one comes again
-        self.facets = facets = np.array([np.array(x)[own] for x, own in zip(data["facets"], self.corner, strict=True)])
+        self.corner = corner = np.minimum(np.arange(sizes.max()), sizes - 1)  # the last one again where some have more
+        facets = np.array([np.reshape(x, (len(x), 2))[own] for x, own in zip(data["facets"], corner, strict=True)])
         whole, chords = np.array([self.root, self.height, *facets.flat]), facets[:, None] - facets[:, :, None]
         need(whole.dtype == int and np.abs(whole / 1e6).max() < 1 and whole[:2].min() > 0, "a length is not whole")
-        self.sides = np.take_along_axis(facets, (self.corner + 1)[..., None] % sizes[:, None], 1) - facets
+        self.facets, self.sides = facets, np.take_along_axis(facets, ((corner + 1) % sizes)[..., None], 1) - facets
         need(sizes.min() > 2 and across(self.sides[:, :, None], chords).min() >= 0, "a facet is not convex")
         owned = sorted((facet, panel) for panel, facets in enumerate(data["panels"]) for facet in facets)
         need([facet for facet, _ in owned] == list(range(len(self.facets))), "a facet is not in one panel")
