@@ -90,7 +90,7 @@ def circuit_options(command: Command) -> Command:
 
 def proof_options(command: Command) -> Command:
     """Add the same for a folding whose motion is proved, without loads on its panels."""
-    return _panel_options(command, "DESIGN:CREASE|FILE.fold", "either")
+    return _panel_options(command, "DESIGN:CREASE|FILE.toml|FILE.fold", "either")
 
 
 def linkage_options(command: Command) -> Command:

@@ -15,6 +15,7 @@ from hcsearch.cli.progress import ProgressMeter
     epilog=examples_epilog(
         "hcsearch prove hex:0234550132:4 --output path.json",
         "hcsearch prove hex:0223335500:4 --output lock.json --panel 100x10",
+        "hcsearch prove strip.fold --output strip.json",
     )
 )
 @proof_options
@@ -52,8 +53,8 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
 def verify(path: str) -> None:
     """Check a certificate of `hcsearch prove`.
 
-    The command checks that the array is that of the folding which the file names, and then each claim by interval
-    arithmetic, and prints what is proved.
+    The command checks that the array is that of the folding which the file names; a pattern is the one in the file.
+    Then it checks each claim by interval arithmetic, and prints what is proved.
 
     Exit code: 0 if all claims hold; 1 if one is not proved; 2 if the file is no certificate.
     """

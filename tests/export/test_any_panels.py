@@ -70,6 +70,15 @@ def written(tmp_path, data):
     return str(path)
 
 
+def test_edges_within_a_panel_do_not_count_as_its_longest_edge(tmp_path):
+    square = [(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)]
+    halves = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], [(0.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+    path = written(tmp_path, drawing_of([*halves, square], {(0, 1): "F", (0, 2): "M"}))
+    assert check(path, panel="100x6", seconds=0.01).facts()["longest_edge_mm"] == pytest.approx(100.0)
+    outline = np.array(resolve(path, panel="100x6").linkage.pattern.vertices)
+    assert np.ptp(outline, axis=0) == pytest.approx([0.2, 0.1])
+
+
 @pytest.mark.parametrize("name", ["element-8r", "unit-ii", "module-i", "array-6r"])
 def test_an_exported_assembly_is_read_back_with_its_mobility_at_both_ends(name):
     assembly = ASSEMBLIES[name]

@@ -11,6 +11,7 @@ from hcsearch import save
 from hcsearch.basics.errors import InputFileError
 from hcsearch.cases.resolve import resolve
 from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
+from hcsearch.search.own_patterns import flat_models
 from tests.commands import run_here
 
 _NAMES = (
@@ -158,6 +159,12 @@ def test_a_joint_that_lies_on_no_edge_is_refused(tmp_path):
     path.write_text(text)
     with pytest.raises(InputFileError, match="joint 'hinge_2' lies on no edge that links 'panel_2' and 'panel_3'"):
         resolve(str(path))
+
+
+def test_a_model_with_too_many_joints_is_refused(folder, monkeypatch):
+    monkeypatch.setattr(flat_models, "MAX_MODEL_JOINTS", 5)
+    with pytest.raises(InputFileError, match="it has 6 joints, and at most 5 are read"):
+        resolve(str(folder / "a.urdf"))
 
 
 def test_a_mesh_that_is_a_pipe_is_refused(folder):

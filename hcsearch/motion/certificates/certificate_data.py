@@ -139,10 +139,15 @@ class _Refinement:
 
 
 CERTIFICATE_FORMAT, CERTIFICATE_VERSION = "hcsearch certificate", 1
+LATTICE_NUMBER_LIMIT = 1_000_000
+"""The checkers take whole coordinates below this."""
 
 
 def array_data(linkage: Linkage) -> dict[str, Any]:
-    """Return the panels and hinges of a linkage in integer coordinates of its lattice (`lattice.lattice_frame_of`)."""
+    """Return the panels and hinges of a linkage in integer coordinates of its lattice (`lattice.lattice_frame_of`).
+
+    HcsearchError where some point is off the lattice, or where the coordinates are not below `LATTICE_NUMBER_LIMIT`.
+    """
     frame, pattern = lattice_frame_of(linkage), linkage.pattern
     facets = [] if frame is None else [frame.points(np.array(facet)) for facet in pattern.facets]
     lattice = [facet.tolist() for facet in facets if facet is not None]
@@ -150,6 +155,12 @@ def array_data(linkage: Linkage) -> dict[str, Any]:
         raise HcsearchError(
             "certificates hold whole numbers, on the lattice of a tiling, and this pattern is on none: see what "
             "hcsearch check says of it"
+        )
+    if max(frame.steps[2], *(abs(x) for facet in lattice for point in facet for x in point)) >= LATTICE_NUMBER_LIMIT:
+        raise HcsearchError(
+            f"certificates hold whole numbers below {LATTICE_NUMBER_LIMIT:,}, and the thickness of "
+            f"{1e3 * pattern.thickness:.6g} mm is no simple part of the lattice: give --panel LENGTHxTHICKNESS in "
+            "whole mm, or state frame_unit and hcsearch:thickness in the file"
         )
     return {
         "unit": str(Fraction(frame.unit).limit_denominator(10**15)),

@@ -27,6 +27,7 @@ from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.schedule import LOOSE_SEARCH_ROUNDS
 from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.mesh import components, sides_of
 from hcsearch.system.reading import read_text_file
 
 DEFAULT_PROOF_BUDGET = 5
@@ -74,7 +75,8 @@ def prove_pattern(
 ) -> tuple[dict[str, Any], list[str]]:
     """Prove a path or a lock of a pattern that is no design, as `prove_folding`; name : of its file.
 
-    HcsearchError also where its points lie on no lattice of a tiling, in whose whole numbers certificates are written.
+    HcsearchError also where its points lie on no lattice of a tiling, in whose whole numbers certificates are written,
+    or where these numbers are too large for the checkers.
     """
     array_data(linkage)  # before the search: it refuses what no certificate holds
     motion = plan_linkage_motion(linkage, margin, budget=budget)
@@ -189,18 +191,32 @@ def _verified(data: Mapping[str, Any], claim: Any) -> str:
 
 def _verified_pattern(data: Mapping[str, Any], claim: Any) -> str:
     """Prove a claim on a pattern; return it as a sentence."""
+    if not isinstance(data.get("of"), str):
+        raise CertificateError("it names no pattern: its key of holds no text")
     try:
-        check = CLAIM_CHECKERS[claim["kind"]]
-        return _sentence(data, claim, check(claim))
+        proved = CLAIM_CHECKERS[claim["kind"]](claim)
+        for number, panel in enumerate(claim["array"]["panels"]):
+            if not _is_joined([claim["array"]["facets"][facet] for facet in panel]):
+                raise CertificateError(f"panel {number} is in several parts: its facets are not joined by sides")
+        return _sentence(data, claim, proved)
     except (KeyError, TypeError, AttributeError) as error:
         raise CertificateError(f"it names no pattern or claim ({error})") from error
     except REFUSAL_ERRORS as refused:
         raise CertificateError(str(refused)) from refused
 
 
+def _is_joined(facets: Sequence[Sequence[Sequence[int]]]) -> bool:
+    """Whether facets, given by their corners, are one polygon: each is joined to others by whole sides."""
+    rings = [[tuple(corner) for corner in facet] for facet in facets]
+    owners = {side: number for number, ring in enumerate(rings) for side in sides_of(ring)}
+    joined = [(number, owners[end, start]) for (start, end), number in owners.items() if (end, start) in owners]
+    return len(components(range(len(facets)), joined)) == 1
+
+
 def _sentence(data: Mapping[str, Any], claim: Mapping[str, Any], proved: str) -> str:
     """The proved claim as a sentence, with its folding and panels, or with the size of its pattern."""
     if data["panel_mm"] is None:
         panels, hinges = (len(claim["array"][key]) for key in ("panels", "hinges"))
-        return f"the pattern of {panels} panels and {hinges} hinges in the certificate, named {data['of']!r}: {proved}"
+        size = f"{panels} panels and {hinges} hinge{'' if hinges == 1 else 's'}"
+        return f"the pattern of {size} in the certificate, named {data['of']!r}: {proved}"
     return f"{data['of']}, {claim['pairs']} flat pairs, panels of {data['panel_mm']} mm: {proved}"

@@ -36,14 +36,14 @@ class Array:
     """Panels and hinges in the flat state; lengths over a size."""
 
     def __init__(self, data: Any) -> None:
-        facets, root, height = np.array(data["facets"]), data["root"], data["thickness"]
-        whole = np.array([root, height, *facets.flat])
+        facets, root, height = [np.array(facet) for facet in data["facets"]], data["root"], data["thickness"]
+        whole = np.array([root, height, *(number for facet in facets for number in facet.flat)])
         need(whole.dtype == int and np.abs(whole / 1e6).max() < 1 and min(root, height) > 0, "a length is not whole")
         owned = sorted((facet, panel) for panel, own in enumerate(data["panels"]) for facet in own)
         need([facet for facet, _ in owned] == list(range(len(facets))), "a facet is not in one panel")
         self.panel_of, self.ends, points, ways = dict(owned), [], [], []
         for hinge in data["hinges"]:
-            one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in facets[hinge["facets"]].tolist())
+            one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in (facets[k].tolist() for k in hinge["facets"]))
             shared = [(p, q) for p, q in one if (q, p) in two]
             need(len(shared) == 1 and hinge["face"] in ("top", "bottom"), "a hinge is no edge that two facets share")
             (p, q), top = shared[0], hinge["face"] == "top"
@@ -54,7 +54,8 @@ class Array:
         places, axes = np.array(points) * stretch, np.array(ways) * stretch
         self.size = np.abs(places).max()
         self.places, self.axes = places / self.size, axes / np.linalg.norm(axes, axis=1, keepdims=True)
-        self.facets, self.height, self.unit = facets * stretch[:2] / self.size, height / self.size, data["unit"]
+        self.facets = [facet * stretch[:2] / self.size for facet in facets]
+        self.height, self.unit = height / self.size, data["unit"]
         way, self.loops = ways_from(0, self.ends), []
         for k in set(range(len(self.ends))) - {k for steps in way.values() for k, _ in steps}:
             start, back = (way[panel] for panel in self.ends[k])

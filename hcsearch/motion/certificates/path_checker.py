@@ -100,12 +100,14 @@ class Array:
     """Panels and hinges in the flat state; integers X, Y, Z stand for (sqrt(root) X, Y, Z) units, over a size."""
 
     def __init__(self, data: Any) -> None:
-        self.root, self.height, self.facets = data["root"], data["thickness"], np.array(data["facets"])
-        whole = np.array([self.root, self.height, *self.facets.flat])
+        self.root, self.height, sizes = data["root"], data["thickness"], np.array([[len(x)] for x in data["facets"]])
+        need(sizes.size * sizes.max() + len(data["hinges"]) < 1500 and set(data["unit"]) <= {*"0123456789/"}, "no size")
+        self.corner = corner = np.minimum(np.arange(sizes.max()), sizes - 1)  # the last one again where some have more
+        facets = np.array([np.reshape(x, (len(x), 2))[own] for x, own in zip(data["facets"], corner, strict=True)])
+        whole, chords = np.array([self.root, self.height, *facets.flat]), facets[:, None] - facets[:, :, None]
         need(whole.dtype == int and np.abs(whole / 1e6).max() < 1 and whole[:2].min() > 0, "a length is not whole")
-        need(len(whole) + len(data["hinges"]) < 2500 and set(data["unit"]) <= set("0123456789/"), "no size or unit")
-        self.sides, chords = np.roll(self.facets, -1, 1) - self.facets, self.facets[:, None] - self.facets[:, :, None]
-        need(across(self.sides[:, :, None], chords).min() >= 0, "a facet is not convex")
+        self.facets, self.sides = facets, np.take_along_axis(facets, ((corner + 1) % sizes)[..., None], 1) - facets
+        need(sizes.min() > 2 and across(self.sides[:, :, None], chords).min() >= 0, "a facet is not convex")
         owned = sorted((facet, panel) for panel, facets in enumerate(data["panels"]) for facet in facets)
         need([facet for facet, _ in owned] == list(range(len(self.facets))), "a facet is not in one panel")
         panel_of, self.panels, self.unit = dict(owned), [panel for _, panel in owned], Fraction(data["unit"])
@@ -116,7 +118,7 @@ class Array:
         self.reach = float(np.linalg.norm(self.flat, axis=2).max()) + self.height / self.size
         self.hinges: list[Any] = []  # (first panel, second panel, point, way): positive angles close the hinge's face
         for hinge in data["hinges"]:
-            one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in self.facets[hinge["facets"]].tolist())
+            one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in (data["facets"][k] for k in hinge["facets"]))
             shared = [(p, q) for p, q in one if (q, p) in two]
             need(len(shared) == 1 and hinge["face"] in ("top", "bottom"), "a hinge is no edge that two facets share")
             (p, q), (sign, z) = shared[0], (-1, self.height) if hinge["face"] == "top" else (1, 0)
@@ -300,17 +302,15 @@ class Array:
 
     def shrink(self, margin: float) -> None:
         """Make facets prisms less a margin, (facets, corners, 3), with directions of sides; list pairs of panels."""
-        sides = self.sides * self.stretch[:2]
-        sides /= np.linalg.norm(sides, axis=2, keepdims=True)
-        normals = np.stack([-sides[..., 1], sides[..., 0]], -1)
-        before = np.roll(normals, 1, 1)
+        sides = self.sides * self.stretch[:2] / np.linalg.norm(self.sides * self.stretch[:2], axis=2, keepdims=True)
+        normals, hinge_of = sides[..., ::-1] * [-1, 1], np.full((len(sides), len(sides)), len(self.hinges))
+        before = np.take_along_axis(normals, self.corner[..., None] - 1, 1)
         inner = self.flat + margin * (before + normals) / (1.0 + (before * normals).sum(2, keepdims=True))
-        left = ((np.roll(inner, -1, 1) - inner) * sides).sum(2).min() > 0
+        left = ((np.roll(inner, -1, 1) - inner) * sides).sum(2)[np.roll(self.corner, -1, 1) != self.corner].min() > 0
         need(left and 0 < margin < 0.5 * self.height / self.size, "the margin leaves nothing of a panel")
         levels = ((z - self.middle[2]) / self.size + s * margin for z, s in ((0, 1), (self.height, -1)))
         self.corners = np.concatenate([np.insert(inner, 2, level, 2) for level in levels], 1)
         self.edges, self.normals = (np.insert(np.insert(x, 2, 0.0, 2), 0, [0, 0, 1], 1) for x in (sides, normals))
-        hinge_of = np.full((len(sides), len(sides)), len(self.hinges))
         for k, (one, two, point, way) in enumerate(self.hinges):  # panels on two sides keep apart within its stops
             beside = across(way, self.facets - point[:2]) * (-1 if point[2] else 1)
             mine, yours = np.equal(self.panels, one), np.equal(self.panels, two)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,10 +14,11 @@ from hcsearch.motion.paths.branches import find_branches
 from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion, reason_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import setup_of_scene
+from hcsearch.search.own_patterns.drawn_linkages import longest_edge
 from hcsearch.search.own_patterns.fold_reading import STRAIGHT_SIDE_SHARE
 from hcsearch.search.own_patterns.packed_states import PackedPattern
 from hcsearch.shape.linkage import Linkage
-from hcsearch.shape.mesh import sides_of, without_straight_corners
+from hcsearch.shape.mesh import without_straight_corners
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 
 PATTERN_STAGES = ("mobility", "motion", "deployment")
@@ -95,14 +95,15 @@ class CheckedPattern:
         pattern = self.linkage.pattern
         points = pattern.vertices
         outlines = (without_straight_corners(face, points, STRAIGHT_SIDE_SHARE) for face in pattern.faces)
-        edges = (math.dist(points[a], points[b]) for outline in outlines for a, b in sides_of(outline))
+        facets = [tuple(points[v] for v in outline) for outline in outlines]
+        rigid = [pair for pair, crease in pattern.creases.items() if crease.face is None]
         needed = millimetres(self.needed_margin)
         return {
             "pattern": self.name,
             "panels": self.linkage.n_panels,
             "hinges": self.linkage.n_hinges,
             "loops": len(self.linkage.loops),
-            "longest_edge_mm": millimetres(max(edges)),
+            "longest_edge_mm": millimetres(longest_edge(facets, rigid)),
             "thickness_mm": millimetres(pattern.thickness),
             "scene": self.scene.name,
             "moved_mm": millimetres(self.packed.moved),

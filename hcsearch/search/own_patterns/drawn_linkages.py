@@ -7,7 +7,7 @@ from the flat state. Flat edges make one panel of two faces, unless the file sta
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -21,7 +21,7 @@ from hcsearch.search.own_patterns.fold_reading import (
     PatternDrawing,
 )
 from hcsearch.search.own_patterns.recognition import panel_named
-from hcsearch.shape.mesh import Facet, PlanePoint, components, facet_area
+from hcsearch.shape.mesh import Facet, PlanePoint, components, facet_area, sides_of
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern
 
 DEFAULT_LONGEST_EDGE = 0.05
@@ -106,7 +106,7 @@ def partly_closed_angles(drawing: PatternDrawing, pattern: Pattern) -> Reals | N
 
 def _sizes(drawing: PatternDrawing, panel: str | None) -> tuple[float, float]:
     """Return metres per unit of the drawing, and the thickness (m)."""
-    longest = max(math.dist(*side) for facet in drawing.facets for side in pairwise((*facet, facet[0])))
+    longest = longest_edge(drawing.facets, [pair for pair in drawing.joins if _crease(drawing, pair).face is None])
     size = math.sqrt(sum(map(facet_area, drawing.facets)) / len(drawing.facets))
     if panel is not None:
         length, thickness = _read_sizes(panel)
@@ -119,6 +119,19 @@ def _sizes(drawing: PatternDrawing, panel: str | None) -> tuple[float, float]:
             f"lengths from {1e3 * MIN_PANEL_LENGTH:g} to {1e3 * MAX_PANEL_LENGTH:g} mm, as by --panel 50x6"
         )
     return unit, thickness
+
+
+def longest_edge(facets: Sequence[Facet], rigid: Iterable[FacetPair]) -> float:
+    """Return the length of the longest side of panels; sides between facets of one panel are left out.
+
+    facets : without corners in the middle of straight sides. rigid : pairs of facets that a flat edge joins.
+    """
+    sides = [set(sides_of(facet)) for facet in facets]
+    for i, j in rigid:
+        within = {(start, end) for start, end in sides[i] if (end, start) in sides[j]}
+        sides[i] -= within
+        sides[j] -= {(end, start) for start, end in within}
+    return max(math.dist(*side) for own in sides for side in own)
 
 
 def _read_sizes(panel: str) -> tuple[float, float]:

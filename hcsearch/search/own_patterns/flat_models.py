@@ -18,6 +18,8 @@ from hcsearch.shape.mesh import Facet, PlanePoint, components, facet_area, sides
 
 SAME_MODEL_POINT_SHARE = 1e-5
 """Points nearer than this share of the largest panel's size are one: meshes have single precision."""
+MAX_MODEL_JOINTS = 3 * MAX_DRAWN_PANELS
+"""Greatest number of joints of a model; each is compared with each face."""
 _Heights = tuple[float, float]
 """Of the bottom and the top face, m."""
 
@@ -99,6 +101,8 @@ class FlatModel:
             raise self.wrong("no link has a mesh")
         if len(faces) > MAX_DRAWN_PANELS:
             raise self.wrong(f"its meshes have {len(faces):,} faces on top, and at most {MAX_DRAWN_PANELS:,} are read")
+        if len(self.hinges) > MAX_MODEL_JOINTS:
+            raise self.wrong(f"it has {len(self.hinges):,} joints, and at most {MAX_MODEL_JOINTS:,} are read")
         size = math.sqrt(max(facet_area(ring) for _, ring in faces))
         if not size > 0.0:
             raise self.wrong("its meshes have no area")
