@@ -1,4 +1,3 @@
-import gc
 import os
 
 # The matrices here are small: more threads of BLAS would wait for each other, and take the cores of other tests.
@@ -54,11 +53,6 @@ def run(tmp_path, monkeypatch, capfd):
 
     monkeypatch.chdir(tmp_path)
     return lambda *words: run_here(words, capfd)
-
-
-def pytest_collection_finish():
-    """Keep what was collected and imported out of the collections of garbage: it lives to the end."""
-    gc.freeze()
 
 
 def pytest_collection_modifyitems(config, items):

@@ -15,7 +15,7 @@ def test_the_sheet_of_a_model_of_a_folding_is_that_of_the_folding(tmp_path):
         sheet(subject, db="none.sqlite", flat_pairs=pairs, **_VALUES)
         for subject, pairs in ((name, "rigid"), (str(model), None))
     )
-    assert read.facts()["pattern"] == str(model)
+    assert read.facts()["pattern"] == "a.urdf"
     assert read.source == given.source
     assert [(row.rule, row.verdict) for row in read.rows] == [(row.rule, row.verdict) for row in given.rows]
     assert [read.figures()[key] for key in _FIGURES] == pytest.approx(
