@@ -65,8 +65,7 @@ def prove(
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs)
     if isinstance(case.what, DrawnPattern):
         case.check_moved()
-        name = case.title
-        data, sentences = certifying.prove_pattern(case.linkage, name, case.scene.margin, budget)
+        data, sentences = certifying.prove_pattern(case.linkage, case.title, case.scene.margin, budget)
     else:
         data, sentences = certifying.prove_folding(case.to_move(), case.panel, case.allowed, case.scene.margin, budget)
     write_output(str(path), json.dumps(data, separators=(",", ":")) + "\n", _ENDINGS)
