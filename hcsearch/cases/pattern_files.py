@@ -52,6 +52,7 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
 
     panel : as of `--panel`. InputFileError for a file that holds no flat pattern, PatternError as of `pack_drawing`.
     """
+    from hcsearch.search.own_patterns.drawn_linkages import states_between_stops  # noqa: PLC0415
     from hcsearch.search.own_patterns.fold_reading import read_fold  # noqa: PLC0415 - most commands read no such file
     from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design  # noqa: PLC0415
     from hcsearch.search.own_patterns.robot_models import read_model  # noqa: PLC0415
@@ -67,6 +68,11 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
     except PatternError as error:
         no_design, _, _ = str(error).partition(": ")  # without the remedy
         return DrawnPattern(path, panel, _packed(path, drawing, panel), no_design)
+    if states_between_stops(drawing):
+        packed = _packed(path, drawing, panel)
+        if packed.packed:
+            return DrawnPattern(path, panel, packed, "it states a state with hinges between 0 and 180 degrees")
+        write_notice(f"{path}: {packed.sentence}; the design is checked from its packed states")
     return DrawnDesign(path, drawn_panel_size(design, drawing) if panel is None else panel, design)
 
 

@@ -9,6 +9,7 @@ states of a motion follow, represented like frame 2.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -23,7 +24,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import Edge, PlanePoint, components
-from hcsearch.shape.pattern import FacetPair, Fold, Pattern
+from hcsearch.shape.pattern import Crease, FacetPair, Fold, Pattern
 
 FacetCorner = tuple[int, int]
 """A facet and the index of one of its corners; also denotes the side that begins there."""
@@ -103,13 +104,10 @@ def _twice(faces: Sequence[Sequence[int]], sides: Collection[FacetCorner]) -> se
 
 
 FoldFrame = dict[str, Any]
-
-_PACKED = 2
-"""Number of the packed frame, from which frames of a motion inherit their faces."""
 _DIGITS = 9
 """Decimals of lengths in millimetres and of angles in degrees."""
 _ASSIGNMENTS: dict[Fold, str] = {"flat": "F", "valley": "V", "mountain": "M"}
-_ANGLES: dict[Fold, int] = {"flat": 0, "valley": 180, "mountain": -180}
+_SENSES: dict[Fold, int] = {"flat": 0, "valley": 1, "mountain": -1}
 _ATTRIBUTES = ("manifold", "orientable", "noCuts", "noJoins", "convexFaces")
 
 
@@ -118,9 +116,10 @@ def fold_of(
 ) -> str:
     """Return the text of a FOLD file, one property per line; circuit : None of an assembly."""
     mesh = cut_mesh_of(linkage.pattern)
-    frames = [folded_frame(mesh, linkage), packed_frame(linkage)]
+    # a sheet without thickness has no order of layers between the stops
+    frames = [*([folded_frame(mesh, linkage)] if linkage.folds_flat else []), packed_frame(linkage)]
     if replay is not None:
-        frames += motion_frames(replay)
+        frames += motion_frames(replay, len(frames))
     head: FoldFrame = {
         "file_spec": 1.2,
         "file_creator": f"hcsearch {version('hcsearch')}",
@@ -150,7 +149,7 @@ def write_pattern_frame(
         "vertices_coords": _millimetres(mesh.points),
         "edges_vertices": [list(edge) for edge in mesh.edges],
         "edges_assignment": [*(_ASSIGNMENTS[crease.fold] for crease in creases), *["B"] * borders],
-        "edges_foldAngle": [*(_ANGLES[crease.fold] for crease in creases), *[0] * borders],
+        "edges_foldAngle": [*map(_fold_angle, creases), *[0] * borders],
         "edges_hcsearch:hinge": [*hinges, *[None] * borders],
         "edges_hcsearch:hingeFace": [*(crease.face for crease in creases), *[None] * borders],
         "faces_vertices": [list(face) for face in mesh.faces],
@@ -161,6 +160,11 @@ def write_pattern_frame(
     if pattern.loops:
         frame["hcsearch:loops"] = [[list(pair) for pair in loop] for loop in pattern.loops]
     return frame
+
+
+def _fold_angle(crease: Crease) -> float:
+    """Return the fold angle of a crease in the folded state, degrees, positive for a valley."""
+    return _SENSES[crease.fold] * (180 if crease.angle == math.pi else round(math.degrees(crease.angle), _DIGITS))
 
 
 def folded_frame(mesh: CutMesh, linkage: Linkage) -> FoldFrame:
@@ -226,14 +230,17 @@ def packed_frame(linkage: Linkage) -> FoldFrame:
     }
 
 
-def motion_frames(replay: Replay) -> list[FoldFrame]:
-    """Return a frame like the packed one for each state of a motion, with the fold angles of the hinges (degrees)."""
+def motion_frames(replay: Replay, packed: int) -> list[FoldFrame]:
+    """Return a frame like the packed one for each state of a motion, with the fold angles of the hinges (degrees).
+
+    packed : number of the packed frame, from which these inherit their faces.
+    """
     name, unit = ("hcsearch:time", "s") if replay.axis == "time" else ("hcsearch:pathShare", "of the path")
     return [
         {
             "frame_title": f"{at:.4g} {unit}",
             "frame_classes": ["foldedForm"],
-            "frame_parent": _PACKED,
+            "frame_parent": packed,
             "frame_inherit": True,
             name: at,
             "hcsearch:hingeAngles": np.degrees(angles).round(_DIGITS).tolist(),

@@ -44,7 +44,7 @@ def mjcf_of(
     contact: bool = False,
     timestep: float | None = None,
 ) -> str:
-    """Return a linkage in a scene as a model of MuJoCo, with the start and the flat state as keyframes.
+    """Return a linkage in a scene as a model of MuJoCo, with the start, the packed and the flat state as keyframes.
 
     contact : whether panels collide, shrunk by the scene's margin as in our own check; neighbours at a hinge never do,
     since its stops keep them apart. timestep : s, by `STEPS_PER_NATURAL_TIME` unless given. HcsearchError where a law
@@ -180,11 +180,12 @@ def _add_constraints(root: Xml.Element, tree: CutTree) -> None:
 
 
 def _add_keys(root: Xml.Element, tree: CutTree) -> None:
-    """Add the start and the flat state as keyframes, in MuJoCo's depth-first order of joints."""
+    """Add the start, the packed and the flat state as keyframes, in MuJoCo's depth-first order of joints."""
     base = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) if tree.has_free_base else ()
     hinges = _downwards(tree)
     keyframe = Xml.SubElement(root, "keyframe")
-    for name, angles in (("start", tree.start), ("flat", tree.linkage.flat)):
+    linkage = tree.linkage
+    for name, angles in (("start", tree.start), ("packed", linkage.folded), ("flat", linkage.flat)):
         Xml.SubElement(keyframe, "key", name=name, qpos=numbers_text((*base, *angles[hinges])))
 
 

@@ -101,13 +101,14 @@ def _end_facts(link: TreeLink, point: Reals) -> dict[str, Any]:
 
 
 def _joint_facts(tree: CutTree, link: TreeLink) -> dict[str, Any]:
-    """Spring law (as of `dynamics.laws`: N m by rad, towards angle 0), damping and start of a link's joint."""
+    """Spring law (as of `dynamics.laws`: N m by rad, towards angle 0), damping, start and packed angle of a joint."""
     joint = link.joint
     assert joint is not None
     return {
         "law": joint.drive.law.text,
         "damping_N_m_s_rad": float(joint.drive.damping),
         "start_rad": float(tree.start[joint.hinge]),
+        "packed_rad": float(tree.linkage.folded[joint.hinge]),
     }
 
 

@@ -176,8 +176,13 @@ class Linkage:
 
     @cached_property
     def folded(self) -> Reals:
-        """Fold angles of the folded state: pi, or 0 where a hinge stays flat."""
-        return np.array([math.pi if hinge.closes else 0.0 for hinge in self.pattern.hinges])
+        """Fold angles of the folded state: pi, 0 where a hinge stays flat, or between where a pattern states that."""
+        return np.array([hinge.folded_angle for hinge in self.pattern.hinges])
+
+    @property
+    def folds_flat(self) -> bool:
+        """Whether every hinge is at a stop in the folded state."""
+        return bool(((self.folded == 0.0) | (self.folded == math.pi)).all())
 
     @cached_property
     def _tree(self) -> HingeTree:

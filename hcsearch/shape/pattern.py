@@ -44,12 +44,14 @@ class Crease:
     """The joint of two facets along their shared edge.
 
     face : the face that carries the hinge (top for a valley, bottom for a mountain); None where the edge is rigid.
-    closes : whether the hinge is closed in the folded state (fold angle pi); a hinge between two panels of an
-        outer layer stays flat there (fold angle 0).
+    closes : whether the hinge is turned in the folded state; a hinge between two panels of an outer layer stays flat
+        there (fold angle 0).
+    angle : its fold angle there if it is: pi, where it is closed, or less, rad.
     """
 
     face: PanelFace | None
     closes: bool = True
+    angle: float = math.pi
 
     @property
     def fold(self) -> Fold:
@@ -83,11 +85,17 @@ class Hinge:
     start: PlanePoint
     end: PlanePoint
     closes: bool = True
+    angle: float = math.pi
 
     @property
     def crease(self) -> Crease:
         """The crease along the hinge."""
-        return Crease(self.face, self.closes)
+        return Crease(self.face, self.closes, self.angle)
+
+    @property
+    def folded_angle(self) -> float:
+        """The fold angle in the folded state, rad."""
+        return self.angle if self.closes else 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -252,7 +260,7 @@ class Pattern:
         start, end = self.segment(pair)
         if first > second:
             first, second, start, end = second, first, end, start
-        return Hinge(first, second, crease.face, start, end, crease.closes)
+        return Hinge(first, second, crease.face, start, end, crease.closes, crease.angle)
 
     def hinge_of(self, pair: FacetPair) -> int:
         """The number of the hinge to which the crease between two facets belongs."""
@@ -341,12 +349,7 @@ def _centre(facet: Iterable[PlanePoint]) -> PlanePoint:
 
 def _one_line(first: Hinge, second: Hinge, tolerance: float) -> bool:
     """Whether two hinges join the same panels on one line of one face."""
-    if (first.first, first.second, first.face, first.closes) != (
-        second.first,
-        second.second,
-        second.face,
-        second.closes,
-    ):
+    if (first.first, first.second, first.crease) != (second.first, second.second, second.crease):
         return False
     ux, uy = first.end[0] - first.start[0], first.end[1] - first.start[1]
     length = math.hypot(ux, uy)

@@ -60,7 +60,7 @@ def test_a_closed_folded_form_states_which_hinges_close_and_leaves_their_faces_o
 
 def test_a_partly_closed_folded_form_is_checked(tmp_path):
     checked = check(written(tmp_path, with_form(strip([2.0, 1.5, 1.8], "MV"), [-90.0, 45.0])))
-    assert np.allclose(checked.packed.partly_closed, [math.pi / 2, math.pi / 4])
+    assert np.allclose(checked.linkage.folded, [math.pi / 2, math.pi / 4])
     assert checked.dof_packed == 2
 
 
@@ -89,7 +89,7 @@ def test_a_pattern_without_listed_faces_has_no_folded_form():
     data = with_form(strip([2.0, 1.5], "M"), [-90.0])
     faces = data.pop("faces_vertices")
     data["file_frames"][0]["faces_vertices"] = faces
-    assert packed_of(data).partly_closed is None
+    assert packed_of(data).pattern.hinges[0].folded_angle == math.pi
 
 
 def test_fold_angles_come_before_a_folded_form():

@@ -143,7 +143,12 @@ _STL, _URDF, _CLOSURES = "a.panel_0.stl", "a.urdf", "a.closure.json"
         (_URDF, lambda text: text.replace(b'type="revolute"', b'type="fixed"', 1), "'hinge_0' is fixed, where"),
         (_URDF, lambda text: re.sub(rb'axis xyz="[^"]*"', b'axis xyz="0 0 1"', text), "not in the plane of the"),
         (_URDF, lambda text: re.sub(rb'axis xyz="[^"]*"', b'axis xyz="1 x 0"', text), "axis of joint 'hinge_0' has"),
-        (_CLOSURES, lambda text: text.replace(b"start_rad", b"start"), "joint 'hinge_0' has no number start_rad"),
+        (_CLOSURES, lambda text: text.replace(b"packed_rad", b"packed"), "joint 'hinge_0' has no number packed_rad"),
+        (
+            _CLOSURES,
+            lambda text: re.sub(rb'packed_rad": [^,}]*', b'packed_rad": -1', text),
+            "a packed angle that is not",
+        ),
         (_CLOSURES, lambda _: b"{}", "a.closure.json is no model that .*: 'joints' is missing"),
     ],
 )

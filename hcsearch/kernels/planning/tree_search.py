@@ -192,8 +192,9 @@ def fan_out(
 ) -> int:
     """Add random states near the root, with the states that lead to them; return how many were reached.
 
-    Most hinges cannot turn by themselves there: angles are moved off their stops at random and closed. States are
-    sampled at several distances, as regions that are blocked near the root may be open further out.
+    Most hinges cannot turn by themselves there: angles are moved off their stops, or either way between them, at random
+    and closed. States are sampled at several distances, as regions that are blocked near the root may be open further
+    out.
     """
     np.random.seed(seed)
     m = len(space.folded)
@@ -211,7 +212,10 @@ def fan_out(
                 angles[h] *= 0.1  # pairs that are flat in both states need not open
         widest = angles.max()
         for h in range(m):
-            angles[h] = abs(root[h] - off * angles[h] / widest)
+            turn = off * angles[h] / widest
+            if 0.0 < root[h] < math.pi:
+                turn *= 1.0 if np.random.random() < 0.5 else -1.0
+            angles[h] = min(abs(root[h] - turn), math.pi)
         closed = close_state(space.loops, angles, PLANNING_CLOSURE_RESIDUAL, 0.0, 30, work.closing)
         if not closed or greatest_angle_change(angles, root) < 0.3 * off:
             continue

@@ -76,8 +76,13 @@ def prove_pattern(
     """Prove a path or a lock of a pattern that is no design, as `prove_folding`; name : of its file.
 
     HcsearchError also where its points lie on no lattice of a tiling, in whose whole numbers certificates are written,
-    or where these numbers are too large for the checkers.
+    where these numbers are too large for the checkers, or where hinges are between their stops in the packed state.
     """
+    if not linkage.folds_flat:
+        raise HcsearchError(
+            f"{name} states a packed state with hinges between 0 and 180 degrees, and certificates begin at states in "
+            "whole numbers: see what hcsearch check says of it, or leave out the fold angles"
+        )
     array_data(linkage)  # before the search: it refuses what no certificate holds
     motion = plan_linkage_motion(linkage, margin, budget=budget)
     return _certified({"hinged": linkage}, motion, margin, budget, name, None)

@@ -86,10 +86,12 @@ MAX_GENERIC_ATTEMPTS = 3
 def leaving_step(start: Reals, attempt: int) -> Reals:
     """The change of the fold angles in each of `GENERIC_STEP_COUNT` steps from a state away from the stops.
 
-    Changes are spread evenly over 0.075 to 0.225 rad, and differ between hinges and between attempts.
+    Changes are spread evenly over 0.075 to 0.225 rad, and differ between hinges and between attempts. All steps
+    together take a hinge between its stops three quarters of its way to flat at most.
     """
     share = (0.5 + np.arange(len(start)) * 0.6180339887498949 + attempt * 0.7548776662466927) % 1.0
-    steps: Reals = np.where(start > 0.0, -0.15, 0.15) * (0.5 + share)
+    sizes = np.where(start > 0.0, np.minimum(0.15, 0.5 * start / GENERIC_STEP_COUNT), 0.15)
+    steps: Reals = np.where(start > 0.0, -sizes, sizes) * (0.5 + share)
     return steps
 
 

@@ -13,6 +13,7 @@ checked in whole numbers, with rays computed anew (`lattice`, `exact_checks`), a
 rounding. Contacts between layers (`LayerContact`) narrow K by C x >= 0. At first order they push with forces f >= 0,
 and the proof is y . A_i > f . C_i for every hinge; at second order they only narrow K, as gaps have second-order
 terms and contacts may slide off.
+Where hinges are between their stops, they turn both ways, and only one proof is tried: closure of full column rank.
 Locked means that the state is isolated: panels, hinges and stops are exact. Other states may lie near it, behind a gap
 of micrometres. Nothing here says that a linkage moves: only a path shows that.
 
@@ -34,6 +35,7 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.kernels.linkage.cones import MAX_EXTREME_RAYS, cone_rays, nonnegative_least_squares
 from hcsearch.motion.kinematics.local import bilinear_products
+from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.motion.locks import exact_checks
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.shape.linkage import Linkage, hinge_tree
@@ -57,6 +59,7 @@ class LockVerdict(ByValue):
     """The verdict on whether a linkage can leave a state.
 
     order : 1 or 2 where it is proved locked, by first or by second order; None where it is not proved.
+    between : whether some hinge is between its stops; then the proof is of first order, and has no wrench.
     second_order_tried : whether a proof by second order was tried; there may be too many first-order motions for that.
     wrench : of a proof, shape (n_rows,); margin : the least value of its strict inequalities.
     forces : of a proof, forces of layers at each contact, shape (n_contacts,), none negative, all 0 by second order.
@@ -76,6 +79,7 @@ class LockVerdict(ByValue):
     held_hinges: tuple[int, ...]
     forces: Reals | None = None
     exact: bool = False
+    between: bool = False
 
     @property
     def locked(self) -> bool:
@@ -85,6 +89,9 @@ class LockVerdict(ByValue):
     @property
     def reason(self) -> str:
         """The verdict in a sentence."""
+        if self.between:
+            held = "the loops hold every hinge at first order, as closure has full rank there"
+            return held if self.locked else "some hinges are between their stops, and the loops leave motions there"
         if self.order == 1 and self.forces is not None and self.forces.any():
             return "a wrench in the loops and layers that push each other load every hinge onto its stop"
         if self.order == 1:
@@ -101,12 +108,17 @@ class LockVerdict(ByValue):
 def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> LockVerdict:
     """Search for a proof that one-sided hinges cannot leave a closed state where each is at a stop, 0 or pi.
 
+    In a state between the stops, whose hinges turn both ways, only the rank of closure is a proof.
     contacts : conditions C x >= 0 on turns x >= 0, shape (n_contacts, n_hinges), of about unit length: `contact_rows`
     in the folded state. Two-stack foldings of one circuit need none, as their stops imply them
     (docs/explanation/theory.md, 26).
     Source: thesis 2.3.3 speaks of first-order and finite motions of two-sided hinges only; the one-sided conditions
     are ours (docs/explanation/theory.md).
     """
+    if not ((angles == 0.0) | (angles == np.pi)).all():
+        held = rank_at(linkage, angles).nullity == 0
+        hinges = tuple(range(linkage.n_hinges)) if held else ()
+        return LockVerdict(1 if held else None, False, None, 0.0, None, hinges, between=True)
     _, jacobian = linkage.closure(angles)
     senses = np.where(angles > 0.5 * np.pi, -1.0, 1.0)
     columns = np.ascontiguousarray((jacobian * senses).T)

@@ -1,4 +1,4 @@
-"""Proofs that a path leaves an end of the motion, where closure is singular and every hinge is at a stop.
+"""Proofs that a path leaves an end of the motion, where closure is singular and hinges are at their stops.
 
 At an end q0 the loops close exactly, and the left null space of the Jacobian J holds wrenches C: C^T J = 0. States
 q0 + s w are closed where F(q0 + s w) = s J w + s^2 B(w, w) + ... = 0, with B half the bend of theory.md, 28. Divided by
@@ -126,19 +126,21 @@ class EndClosure:
     def direction(self, guess: Reals) -> Reals | None:
         """Return the direction nearest to a guess that leaves the end at second order and keeps stops, or None.
 
-        Its greatest entry is 1. A hinge turns by `MIN_DEPARTURE_TURN_RATIO` at least, where possible, or not at all.
+        Its greatest entry is 1. A hinge turns by `MIN_DEPARTURE_TURN_RATIO` at least, where possible, or not at all;
+        one between its stops turns either way.
         """
         sense = np.where(self.angles > 1.0, -1.0, 1.0)
         for slowest_turn in (MIN_DEPARTURE_TURN_RATIO, 0.0):
             turns = self._within(sense * guess / np.abs(guess).max(), sense, slowest_turn)
             if turns is not None:
-                direction: Reals = sense * turns / turns.max()
+                direction: Reals = sense * turns / np.abs(turns).max()
                 return direction
         return None
 
     def _within(self, turns: Reals, sense: Reals, slowest_turn: float) -> Reals | None:
         """Find the nearest turns off the stops, none below a bound, that close the loops at second order (Newton)."""
-        least_turns = np.where(self.moving, slowest_turn, 0.0)
+        stopped = (self.angles == 0.0) | (self.angles == math.pi)
+        least_turns = np.where(self.moving, np.where(stopped, slowest_turn, -math.inf), 0.0)
         turns = np.maximum(np.where(self.moving, turns, 0.0), least_turns)
         held = ~self.moving
         for _ in range(40):
@@ -151,7 +153,7 @@ class EndClosure:
             turns[~held] -= step
             held |= turns < least_turns
             turns = np.maximum(turns, least_turns)
-            if not np.isfinite(turns).all() or turns.max() < 0.1:
+            if not np.isfinite(turns).all() or np.abs(turns).max() < 0.1:
                 return None
         return None
 

@@ -100,7 +100,7 @@ class Prover:
         return self._stretch(self.linkage.folded.astype(float), self.linkage.flat, group_of_all(self.loops))
 
     def _stretch(self, first: Reals, last: Reals, group: Group) -> Stretch:
-        """A stretch between two closed states at which all hinges are at stops."""
+        """A stretch between two closed states at which hinges are at stops, or as the folded state has them."""
         return Stretch(
             self.linkage, group, (EndClosure(self.linkage, first, group), EndClosure(self.linkage, last, group))
         )
@@ -155,7 +155,10 @@ class Prover:
         return enclosed
 
     def _cut(self, states: Reals) -> Iterator[list[tuple[Stretch, Reals]]]:
-        """Yield ways of cutting a path into stretches: at its flat-folded states, and not at all."""
+        """Yield ways of cutting a path into stretches: at its flat-folded states, and not at all.
+
+        A folded state between the stops is an end of the first stretch, too.
+        """
         valid = len(states) > 1 and states.shape[1] == self.linkage.n_hinges and bool(np.isfinite(states).all())
         stretches = list(self._stretches(states)) if valid else []
         if stretches:
@@ -166,6 +169,7 @@ class Prover:
     def _stretches(self, states: Reals) -> Iterator[tuple[Stretch, Reals]]:
         """Yield the stretches of a path between its flat-folded states, with the states of each."""
         stops = np.where(states > 0.5 * math.pi, math.pi, 0.0)
+        stops[0] = self.linkage.folded
         flat = np.flatnonzero(np.abs(states - stops).max(axis=1) <= SAME_STATE_DISTANCE)
         if len(flat) < 2 or flat[0] or flat[-1] != len(states) - 1:
             return

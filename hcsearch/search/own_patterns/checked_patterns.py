@@ -45,8 +45,7 @@ class CheckedPattern:
         The degrees of freedom at a generic closed state near the packed state, else near the flat one; None where
         rounding leaves them undecided.
     dof_flat, dof_packed
-        The degrees of freedom in these states, at first order; None also without the state. The packed state may be one
-        that the file has between the stops.
+        The degrees of freedom in these states, at first order; None also without the state.
     locks
         The proof that no motion leaves an end, as a sentence, by the end's name.
     branches
@@ -128,8 +127,7 @@ class CheckedPattern:
             yield "points moved", f"by up to {facts['moved_mm']:.3g} mm, so that the packed state closes"
         for name, state in (("dof", "in motion"), ("dof_packed", "packed"), ("dof_flat", "flat")):
             dof = facts[name]
-            known = name != "dof_packed" or self.packed.packed or self.packed.partly_closed is not None
-            if known:
+            if name != "dof_packed" or self.packed.packed:
                 yield f"dof {state}", "undecided" if dof is None else str(dof)
         yield "kutzbach", str(facts["kutzbach"])
         yield "packed state", self.packed.sentence
@@ -184,7 +182,7 @@ def pattern_mobility(name: str, packed: PackedPattern, scene: Scene) -> CheckedP
     """Return the degrees of freedom and the locks of a drawn pattern, without the later stages."""
     linkage = Linkage(packed.pattern)
     locks = _locks(linkage, packed=packed.packed)
-    state = linkage.folded if packed.packed else packed.partly_closed
+    state = linkage.folded if packed.packed else None
     checked = CheckedPattern(
         name,
         linkage,

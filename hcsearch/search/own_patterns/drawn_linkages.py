@@ -91,17 +91,22 @@ def _crease(drawing: PatternDrawing, pair: FacetPair) -> Crease:
             "face, valleys on the top face"
         )
     turn = abs(join.angle or 0.0) if states_angles(drawing) else 180.0
-    return Crease(face, closes=join.assignment != "F" and turn > 90.0)
+    return Crease(face, closes=join.assignment != "F" and turn > FULL_TURN_TOLERANCE)
 
 
-def partly_closed_angles(drawing: PatternDrawing, pattern: Pattern) -> Reals | None:
-    """Return the stated fold angles of the hinges, (n_hinges,), rad; None where all are 0 or 180 degrees."""
+def states_between_stops(drawing: PatternDrawing) -> bool:
+    """Whether a drawing states a fold angle between 0 and 180 degrees."""
+    angles = (abs(join.angle or 0.0) for join in drawing.joins.values())
+    return any(FULL_TURN_TOLERANCE < angle < 180.0 - FULL_TURN_TOLERANCE for angle in angles)
+
+
+def stated_angles(drawing: PatternDrawing, pattern: Pattern) -> Reals:
+    """Return the stated fold angles of the hinges, (n_hinges,), rad."""
     angles = np.zeros(len(pattern.hinges))
     for pair, join in drawing.joins.items():
         if pattern.creases[pair].face is not None:
             angles[pattern.hinge_of(pair)] = min(abs(join.angle or 0.0), 180.0)
-    off = np.minimum(angles, 180.0 - angles)
-    return np.radians(angles) if off.max(initial=0.0) > FULL_TURN_TOLERANCE else None
+    return np.radians(angles)
 
 
 def _sizes(drawing: PatternDrawing, panel: str | None) -> tuple[float, float]:

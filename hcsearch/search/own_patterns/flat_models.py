@@ -38,8 +38,8 @@ class ModelHinge(ByValue):
         A point of its line in the flat state, (3,), m.
     normal
         The unit vector of the plane across the line, (2,).
-    closes
-        Whether the model starts with the hinge closed.
+    packed_angle
+        Its fold angle in the packed state, rad.
     """
 
     name: str
@@ -47,7 +47,7 @@ class ModelHinge(ByValue):
     second: str
     point: Reals
     normal: Reals
-    closes: bool
+    packed_angle: float
 
     def distance(self, point: Sequence[float]) -> float:
         """Return the distance of a point of the plane from the line, seen from above."""
@@ -148,6 +148,7 @@ class _FlatDrawing:
             for a, b in sides_of(ring):
                 beside.setdefault((min(a, b), max(a, b)), []).append(face)
         letters: list[str] = []
+        angles: list[float] = []
         hinge_faces: list[str | None] = []
         used: set[int] = set()
         for side, pair in beside.items():
@@ -155,12 +156,14 @@ class _FlatDrawing:
             number = None if len(pair) < 2 else self._hinge_along(panels, [self.points[v] for v in side])
             if number is None:
                 letters.append("F" if len(pair) == 2 and panels[0] == panels[1] else "B")
+                angles.append(0.0)
                 hinge_faces.append(None)
             else:
                 used.add(number)
                 hinge = self.model.hinges[number]
                 on_top = hinge.point[2] > 0.5 * (bottom + top)
-                letters.append(("V" if on_top else "M") if hinge.closes else "F")
+                letters.append(("V" if on_top else "M") if hinge.packed_angle else "F")
+                angles.append(math.degrees(hinge.packed_angle) * (1.0 if on_top else -1.0))
                 hinge_faces.append("top" if on_top else "bottom")
         for number, hinge in enumerate(self.model.hinges):
             if number not in used:
@@ -168,13 +171,15 @@ class _FlatDrawing:
                     f"joint {hinge.name!r:.60} lies on no edge that links {hinge.first!r:.60} and {hinge.second!r:.60} "
                     "share in the flat state"
                 )
+            if not 0.0 <= hinge.packed_angle <= math.pi:
+                raise self.model.wrong(f"joint {hinge.name!r:.60} has a packed angle that is not from 0 to pi")
         return {
             "frame_unit": "m",
             "vertices_coords": [list(point) for point in self.points],
             "faces_vertices": self.rings,
             "edges_vertices": [list(side) for side in beside],
             "edges_assignment": letters,
-            "edges_foldAngle": [{"V": 180, "M": -180}.get(letter, 0) for letter in letters],
+            "edges_foldAngle": angles,
             "edges_hcsearch:hingeFace": hinge_faces,
             "hcsearch:thickness": top - bottom,
         }

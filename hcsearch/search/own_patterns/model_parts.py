@@ -111,14 +111,14 @@ class ModelClosures:
     ----------
     base
         The name of the link that is the root of the tree.
-    starts
-        The fold angle (rad) at which each joint starts, by its name.
+    packed_angles
+        The fold angle (rad) of each joint in the packed state, by its name.
     welds
         Pairs of links that are parts of one panel.
     """
 
     base: str
-    starts: dict[str, float]
+    packed_angles: dict[str, float]
     welds: list[tuple[str, str]]
 
 
@@ -134,20 +134,20 @@ def read_closures(model_path: str) -> ModelClosures:
     except (ValueError, RecursionError):
         raise InputFileError(f"{path} holds no closures, which are JSON; export the model anew") from None
     joints, closures = _value(data, "joints", dict, path), _value(data, "closures", list, path)
-    starts = {name: _start(facts, name, path) for name, facts in joints.items()}
+    packed_angles = {name: _packed_angle(facts, name, path) for name, facts in joints.items()}
     first, second = (
         [_value(_value(closure, end, dict, path), "link", str, path) for closure in closures]
         for end in ("first", "second")
     )
-    return ModelClosures(_value(data, "base", str, path), starts, list(zip(first, second, strict=True)))
+    return ModelClosures(_value(data, "base", str, path), packed_angles, list(zip(first, second, strict=True)))
 
 
-def _start(facts: Any, joint: str, path: Path) -> float:
-    """Return the angle at which a joint starts."""
-    start = facts.get("start_rad") if isinstance(facts, dict) else None
-    if start is None or not is_finite_number(start):
-        raise model_error(path, f"joint {joint!r:.60} has no number start_rad")
-    return float(start)
+def _packed_angle(facts: Any, joint: str, path: Path) -> float:
+    """Return the fold angle of a joint in the packed state, rad."""
+    angle = facts.get("packed_rad") if isinstance(facts, dict) else None
+    if angle is None or not is_finite_number(angle):
+        raise model_error(path, f"joint {joint!r:.60} has no number packed_rad")
+    return float(angle)
 
 
 def _value(data: Any, key: str, kind: type[dict[str, Any] | list[Any] | str], path: Path) -> Any:

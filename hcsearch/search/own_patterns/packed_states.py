@@ -1,5 +1,7 @@
 """Packed states of drawn patterns: each panel in a layer, hinges closed or flat, loops closed, no layer filled twice.
 
+A state that a file states may also have hinges between these stops; only loops and collisions are checked then.
+
 A closed hinge reflects the next panel in its line, as seen from above, and moves it up or down by one layer: up where
 the hinge is on the upper side. So the panels' places follow from the hinges that close, and their layers from the faces
 of these hinges (`panel_layers`). States that a file does not state are searched for: first with all hinges closed, then
@@ -20,10 +22,12 @@ from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import PatternError
 from hcsearch.motion.collision.distances import cuts_through
 from hcsearch.motion.kinematics.closing import close_linkage
+from hcsearch.motion.kinematics.within_stops import close_within_stops
 from hcsearch.search.own_patterns.drawn_linkages import (
-    partly_closed_angles,
     pattern_of_drawing,
+    stated_angles,
     states_angles,
+    states_between_stops,
 )
 from hcsearch.search.own_patterns.fold_reading import SAME_DRAWN_POINT_SHARE, PatternDrawing
 from hcsearch.search.own_patterns.panel_layers import LayerSearch, overlapping_panels
@@ -44,11 +48,13 @@ MOVED_OVERLAP_FACTOR = 50.0
 which points are moved."""
 MAX_NAMED = 8
 """Greatest number of hinges, or of panels, that a message names."""
-ANGLE_TOLERANCE = 1e-6
-"""Angles (rad) beyond the stops by less than this are at the stops."""
 MIN_TOLD_TURN, MAX_STATED_TURN = 0.01, 20.0
 """Turns (degrees) by which a stated state is closed: those above the first are reported, and more than the second lead
 to another state."""
+ROUNDED_CLOSURE_RESIDUAL = 1e-8
+"""Closure residual (rad, or gap over the size) of a stated state that may be due to the rounding of the drawing."""
+MAX_ROUNDING_TURN = 1e-3
+"""Greatest turn (rad) by which such a state is closed exactly: loops that rounding holds open lead further away."""
 MAX_POINT_STEPS = 8
 """Newton steps by which points are moved until the packed state closes."""
 
@@ -59,27 +65,24 @@ _REST: PlaneMotion = (1 + 0j, 0j, False)
 
 @dataclass(frozen=True, eq=False)
 class PackedPattern(ByValue):
-    """A pattern with the hinges that close in its packed state, or without such a state.
+    """A pattern with the hinges that are folded in its packed state, or without such a state.
 
     Parameters
     ----------
     pattern
-        The pattern, whose hinges have the faces and the closing of its packed state.
+        The pattern, whose hinges have the faces and the fold angles of its packed state.
     packed
         Whether there is one.
     sentence
         How it was found, or why there is none.
     moved
         The greatest distance (m) by which points were moved to close it.
-    partly_closed
-        A closed state in which the file has hinges at other angles than 0 and pi, (n_hinges,), rad; None without one.
     """
 
     pattern: Pattern
     packed: bool
     sentence: str
     moved: float = 0.0
-    partly_closed: Reals | None = None
 
 
 def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPattern:
@@ -94,11 +97,10 @@ def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPat
     if not pattern.hinges:
         raise PatternError("all panels of the drawing are one, joined by flat edges (F): assign mountains and valleys")
     search = _PackingSearch(drawing, pattern)
-    angles = partly_closed_angles(drawing, pattern)
-    if angles is not None and search.free:
-        raise _unassigned(drawing, "the file states a state with hinges between 0 and 180 degrees")
-    if angles is not None:
-        return _partly_packed(pattern, angles)
+    if states_between_stops(drawing):
+        if search.free:
+            raise _unassigned(drawing, "the file states a state with hinges between 0 and 180 degrees")
+        return _partly_packed(pattern, stated_angles(drawing, pattern))
     found = search.packed()
     if found is None and search.free:
         raise _unassigned(drawing, f"no mountains and valleys were found that pack the panels, as {search.fault}")
@@ -122,22 +124,45 @@ def _unassigned(drawing: PatternDrawing, why: str) -> PatternError:
     )
 
 
-def _partly_packed(pattern: Pattern, angles: Reals) -> PackedPattern:
-    """Return a pattern whose file states hinges at other angles than 0 and pi (rad), and whether its loops close there.
-
-    Planned motions and springs lead from states in which hinges are at their stops.
-    """
+def _partly_packed(pattern: Pattern, stated: Reals) -> PackedPattern:
+    """Return a pattern in the state that its file states between the stops, closed; stated : (n_hinges,), rad."""
     linkage = Linkage(pattern)
-    closed = close_linkage(linkage, angles)
-    turned = float(np.degrees(np.abs(closed.angles - angles).max()))
-    known = "no packed state is known, as the file states a state with hinges between 0 and 180 degrees"
-    beyond_stops = max(-closed.angles.min(), closed.angles.max() - math.pi) > ANGLE_TOLERANCE
-    if not closed.closed or turned > MAX_STATED_TURN or beyond_stops:
-        return PackedPattern(pattern, False, f"{known}; thick panels have no closed state near it")
-    if cuts_through(linkage, closed.angles[None]):
-        return PackedPattern(pattern, False, f"{known}; thick panels penetrate each other there")
-    near = f" after hinges turn by up to {turned:.3g} degrees" if turned > MIN_TOLD_TURN else ""
-    return PackedPattern(pattern, False, f"{known}; its loops close{near}", partly_closed=closed.angles)
+    angles = _closed_near(linkage, stated)
+    turned = math.inf if angles is None else float(np.degrees(np.abs(angles - stated).max()))
+    if angles is None or turned > MAX_STATED_TURN:
+        fault = "thick panels have no closed state near the one that the file states, between 0 and 180 degrees"
+        return PackedPattern(pattern, False, f"no packed state is known: {fault}")
+    if cuts_through(linkage, angles[None]):
+        fault = "thick panels penetrate each other in the state that the file states, between 0 and 180 degrees"
+        return PackedPattern(pattern, False, f"no packed state is known: {fault}")
+    near = f", after hinges turn by up to {turned:.3g} degrees to close the loops" if turned > MIN_TOLD_TURN else ""
+    between = int(((angles > 0.0) & (angles < math.pi)).sum())
+    sentence = f"packed state stated by the file: {between} of {len(angles)} hinges between 0 and 180 degrees{near}"
+    return PackedPattern(_with_folded_angles(pattern, angles), True, sentence)
+
+
+def _closed_near(linkage: Linkage, angles: Reals) -> Reals | None:
+    """Return the closed state near fold angles, (n_hinges,), or None.
+
+    Loops that close at exact sizes only, as those with more freedom than the Kutzbach criterion predicts, stay open by
+    the rounding of a drawing.
+    """
+    near = np.clip(close_linkage(linkage, angles, tolerance=ROUNDED_CLOSURE_RESIDUAL).angles, 0.0, math.pi)
+    within, _ = close_within_stops(linkage, near)
+    closes = float(np.abs(linkage.closure(near)[0]).max(initial=0.0)) <= ROUNDED_CLOSURE_RESIDUAL
+    if within is not None and (not closes or float(np.abs(within.angles - near).max()) <= MAX_ROUNDING_TURN):
+        return within.angles
+    return near if closes else None
+
+
+def _with_folded_angles(pattern: Pattern, angles: Reals) -> Pattern:
+    """Return a pattern with fold angles of its folded state, (n_hinges,), rad."""
+    creases: dict[tuple[int, int], Crease] = {}
+    for pair, crease in pattern.creases.items():
+        if crease.face is not None:
+            angle = float(angles[pattern.hinge_of(pair)])
+            creases[pair] = Crease(crease.face, angle > 0.0, angle if angle > 0.0 else math.pi)
+    return pattern.with_creases(creases)
 
 
 class _PackingSearch:

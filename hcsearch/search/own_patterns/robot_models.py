@@ -28,8 +28,6 @@ from hcsearch.search.own_patterns.model_parts import (
 from hcsearch.search.own_patterns.stl_meshes import read_stl
 from hcsearch.shape.mesh import Facet, facet_area, sides_of
 
-CLOSED_START = 0.5 * math.pi
-"""Hinges that start with a greater fold angle (rad) are closed in the packed state."""
 MIN_CORNER_TURN = 1e-6
 """Sine of the angle by which the sides of a convex polygon may turn the wrong way."""
 _ROTATIONS = ("quat", "axisangle", "xyaxes", "zaxis", "euler")
@@ -81,12 +79,11 @@ def _add_joint(model: FlatModel, joint: ModelPart, closures: ModelClosures) -> N
         raise joint.wrong(f"hangs on {parent!r:.60}, which is neither the base nor the child of a joint before it")
     if child in model.frames:
         raise joint.wrong(f"leads to {child!r:.60}, to which another joint leads, or which is the base")
-    if name not in closures.starts:
-        raise joint.wrong("has no start in the file of closures")
+    if name not in closures.packed_angles:
+        raise joint.wrong("has no packed state in the file of closures")
     model.frames[child] = model.frames[parent] + _origin(joint)
     across = _across(joint.part("axis"), "xyz")
-    closes = closures.starts[name] > CLOSED_START
-    model.hinges.append(ModelHinge(name, parent, child, model.frames[child], across, closes))
+    model.hinges.append(ModelHinge(name, parent, child, model.frames[child], across, closures.packed_angles[name]))
 
 
 def _origin(part: ModelPart) -> Reals:
@@ -116,17 +113,17 @@ def _read_mjcf(root: ModelPart) -> FlatModel:
     meshes = {mesh.text("name"): _prism(mesh) for mesh in root.parts("asset/mesh")}
     base = root.part("worldbody/body")
     floats = next(base.parts("freejoint"), None) is not None
-    start = root.part("keyframe/key[@name='start']")
-    angles = start.numbers("qpos")[7 if floats else 0 :].tolist()
+    packed = root.part("keyframe/key[@name='packed']")
+    angles = packed.numbers("qpos")[7 if floats else 0 :].tolist()
     bodies = list(_bodies(base))
     if len(angles) != len(bodies) - 1:
-        raise start.wrong(f"has {len(angles)} fold angles for {len(bodies) - 1} hinges")
+        raise packed.wrong(f"has {len(angles)} fold angles for {len(bodies) - 1} hinges")
     placed = [(body, _placed_prisms(body, frame, meshes)) for body, _, frame in bodies]
     shapes = [corners for _, prisms in placed for corners in prisms]
     if not shapes:
         raise root.wrong("has no body with a mesh")
     margin = min(float(corners[0, :, 2].min()) for corners in shapes)
-    for (body, parent, frame), start_angle in zip(bodies, [0.0, *angles], strict=True):
+    for (body, parent, frame), packed_angle in zip(bodies, [0.0, *angles], strict=True):
         name = body.text("name")
         if name in model.frames:
             raise body.wrong("is there twice")
@@ -136,8 +133,7 @@ def _read_mjcf(root: ModelPart) -> FlatModel:
             if joint.element.get("type", "hinge") != "hinge":
                 raise joint.wrong("is no hinge")
             across = _across(joint, "axis")
-            hinge = ModelHinge(joint.text("name"), parent, name, frame, across, start_angle > CLOSED_START)
-            model.hinges.append(hinge)
+            model.hinges.append(ModelHinge(joint.text("name"), parent, name, frame, across, packed_angle))
     for body, prisms in placed:
         for corners in prisms:
             _add_prism(model, body, corners, margin)
