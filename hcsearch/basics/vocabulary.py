@@ -65,6 +65,11 @@ MILLIMETRE_DECIMALS = 6
 """Decimals of gaps in millimetres, down to a nanometre: smaller values are rounding errors, and become 0."""
 
 
+def counted(count: int, noun: str) -> str:
+    """Return a number of things in words, such as `1 hinge` and `2 hinges`."""
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
 def millimetres(length: float | None) -> float | None:
     """Convert a gap or margin (m) to millimetres, rounded to a nanometre; None for None or NaN."""
     if length is None or math.isnan(length):

@@ -9,11 +9,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.basics.errors import HcsearchError, SceneError
-from hcsearch.basics.vocabulary import WAYS
+from hcsearch.basics.vocabulary import WAYS, counted
 from hcsearch.cli.options import Command, database_option, joined_words
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
+
+
+def sizes_text(facts: Mapping[str, Any]) -> str:
+    """Return the numbers of panels, hinges and loops of a linkage in words."""
+    return ", ".join(counted(facts[f"{part}s"], part) for part in ("panel", "hinge", "loop"))
 
 
 def scene_options(command: Command) -> Command:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.basics.vocabulary import millimetres, play_sentence
-from hcsearch.cli.cases import case_options, circuit_options
+from hcsearch.basics.vocabulary import counted, millimetres, play_sentence
+from hcsearch.cli.cases import case_options, circuit_options, sizes_text
 from hcsearch.cli.options import examples_epilog
 from hcsearch.cli.progress import ProgressMeter
 from hcsearch.system.machine import default_database
@@ -70,9 +70,8 @@ def _show_pattern(checked: CheckedPattern, *, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(facts, indent=2, allow_nan=False))
         return
-    parts = [f"{facts[name]} {name if facts[name] != 1 else name[:-1]}" for name in ("panels", "hinges", "loops")]
     sizes = f"longest edge {facts['longest_edge_mm']:.6g} mm, {facts['thickness_mm']:.6g} mm thick"
-    click.echo(f"{facts['pattern']}: {', '.join(parts)}")
+    click.echo(f"{facts['pattern']}: {sizes_text(facts)}")
     click.echo(f"  {sizes}, scene {facts['scene']}")
     if facts["moved_mm"]:
         click.echo(f"  points are moved by up to {facts['moved_mm']:.3g} mm, so that the packed state closes")
@@ -140,8 +139,9 @@ def _print(checked: CheckedCircuit, named: Mapping[str, Any]) -> None:
         click.echo(f"  {label:24}{count:>6}")
     for verdict in checked.verdicts:
         status = verdict.status or "twisted"
-        degrees = "degree" if verdict.dof == 1 else "degrees"
-        freedoms = "" if verdict.dof is None else f", {verdict.dof} {degrees} of freedom (Kutzbach {verdict.kutzbach})"
+        freedoms = ""
+        if verdict.dof is not None:
+            freedoms = f", {counted(verdict.dof, 'degree')} of freedom (Kutzbach {verdict.kutzbach})"
         click.echo(f"{verdict.folding.notation}: {status}{freedoms}")
         click.echo(f"  {verdict.reason}")
         if verdict.needed_margin is not None:

@@ -11,7 +11,7 @@ import click
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import UNTILS
-from hcsearch.cli.cases import linkage_options
+from hcsearch.cli.cases import linkage_options, sizes_text
 from hcsearch.cli.options import FiniteNumber, examples_epilog, json_option
 from hcsearch.cli.progress import ProgressMeter
 from hcsearch.system.figures import check_picture
@@ -163,8 +163,7 @@ def _start(options: dict[str, Any]) -> Any:
 def _print(followed: LinkageMotion, facts: dict[str, Any], *, degrees: bool) -> None:
     """Print the start and its branches, the table of some states, the singular states, and the outcome."""
     stops = "stops at 0 and pi" if facts["stops"] else "no stops"
-    sizes = f"{facts['panels']} panels, {facts['hinges']} hinges, {facts['loops']} loops"
-    click.echo(f"{facts['linkage']}: {sizes}; from {facts['start']}, {stops}")
+    click.echo(f"{facts['linkage']}: {sizes_text(facts)}; from {facts['start']}, {stops}")
     click.echo(facts["first_and_second_order"])
     for branch in facts["branches"][:_MOST_BRANCHES]:
         _print_branch(branch, followed=branch["branch"] == abs(facts["branch"] or 0))

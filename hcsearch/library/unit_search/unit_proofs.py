@@ -13,6 +13,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import PatternError
+from hcsearch.basics.vocabulary import counted
 from hcsearch.library.assemblies.packages import folded_package
 from hcsearch.motion.collision.distances import cuts_through
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
@@ -66,7 +67,7 @@ class UnitProof:
         `no motion found` proves nothing; `stopped` and `several motions` are conclusive unless a motion was missed.
         """
         if self.dof != 1:
-            return "undecided" if self.dof is None else f"{self.dof} degrees of freedom"
+            return "undecided" if self.dof is None else f"{counted(self.dof, 'degree')} of freedom"
         if self.overlap:
             return "overlaps folded"
         if self.path != "flat":

@@ -8,7 +8,7 @@ from typing import Any
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError, InputFileError
-from hcsearch.basics.vocabulary import WAYS, Way
+from hcsearch.basics.vocabulary import WAYS, Way, counted
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize, panel_text, read_panel
 from hcsearch.designs.twisting import twist
@@ -222,6 +222,6 @@ def _sentence(data: Mapping[str, Any], claim: Mapping[str, Any], proved: str) ->
     """The proved claim as a sentence, with its folding and panels, or with the size of its pattern."""
     if data["panel_mm"] is None:
         panels, hinges = (len(claim["array"][key]) for key in ("panels", "hinges"))
-        size = f"{panels} panels and {hinges} hinge{'' if hinges == 1 else 's'}"
+        size = f"{counted(panels, 'panel')} and {counted(hinges, 'hinge')}"
         return f"the pattern of {size} in the certificate, named {data['of']!r}: {proved}"
     return f"{data['of']}, {claim['pairs']} flat pairs, panels of {data['panel_mm']} mm: {proved}"

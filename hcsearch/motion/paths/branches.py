@@ -17,6 +17,7 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.vocabulary import counted
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL, close_linkage
 from hcsearch.motion.kinematics.local import LocalState, local_at
 from hcsearch.motion.paths.motions import STOP_TOLERANCE, stop_margins
@@ -220,7 +221,6 @@ def _sentence(nullity: int, stresses: int, nudged: list[Branch], stops: bool) ->
     counts += [f"a family of dimension {dimension}" for dimension in families]
     finite = sum(branch.status == "finite" for branch in nudged)
     within_stops = " within the stops" if stops else ""
-    return (
-        f"{nullity} first-order motions, {stresses} second-order equations; directions that solve them{within_stops}: "
-        f"{', '.join(counts) or 'none'}; {finite} of {len(nudged)} nudged are finite"
-    )
+    solved = f"directions that solve them{within_stops}: {', '.join(counts) or 'none'}"
+    equations = f"{counted(nullity, 'first-order motion')}, {counted(stresses, 'second-order equation')}"
+    return f"{equations}; {solved}; {finite} of {len(nudged)} nudged are finite"

@@ -15,6 +15,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import counted
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.paths.motions import (
     STOP_TOLERANCE,
@@ -310,9 +311,10 @@ class _Following:
     def _ending_at(self, event: SingularEvent) -> PathEnding | None:
         """The reason to end the path at a singular state; None where it passes it."""
         if event.kind == "bifurcation" and "stop" in {self.limits.at_bifurcation, self.limits.at_event}:
-            return PathEnding("branch", f"a bifurcation: {event.nullity} first-order motions")
+            return PathEnding("branch", f"a bifurcation: {counted(event.nullity, 'first-order motion')}")
         if self.limits.at_event == "stop":
-            return PathEnding("singular", f"a singular state ({event.kind}): {event.nullity} first-order motions")
+            motions = counted(event.nullity, "first-order motion")
+            return PathEnding("singular", f"a singular state ({event.kind}): {motions}")
         return None
 
 

@@ -12,7 +12,7 @@ from functools import singledispatchmethod
 from typing import NamedTuple
 
 from hcsearch.basics.array_values import ByValue, Reals
-from hcsearch.basics.vocabulary import Way
+from hcsearch.basics.vocabulary import Way, counted
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.kernels.collision.intervals import Course
@@ -301,8 +301,8 @@ def reason_of(motion: PlannedMotion, *, joined: bool = True) -> str:
         assert motion.lock is not None
         way, lock = motion.lock
         return (
-            f"{_apart(lock)}: proved{_with(way, joined)} from the {lock.end} state, by {lock.cubes:,} "
-            f"{'cube' if lock.cubes == 1 else 'cubes'} of fold angles"
+            f"{_apart(lock)}: proved{_with(way, joined)} from the {lock.end} state, by {counted(lock.cubes, 'cube')} "
+            "of fold angles"
         )
     if motion.margin is not None:
         play = f"{1e3 * motion.margin:.4g} mm of play on every face"
