@@ -46,7 +46,8 @@ STEEP_BASE_ANGLE = 1.4
 class Deployment(ByValue):
     """One deployment, with its states.
 
-    outcome : as of `DeploymentCheck`. reason : in a sentence, with the remedy where there is one.
+    outcome : as of `DeploymentCheck`. reason : of the outcome, in a sentence, with a remedy where one may lead to
+    another verdict.
     angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
     clearance : whether panels collide, certified for all times of the motion; None if not checked.
     seconds : computing time, without compilation of the kernels; equal deployments may differ in it.
@@ -239,15 +240,13 @@ def deployment_of_motion(
     """
     angles, rates = compiled.of_hinges(motion.q, motion.v)
     outcome = outcome_of(motion.ending)
-    if driven is not None:
-        reason = reason_of_motion(compiled, motion, "drive it more slowly, or more firmly")
-    elif compiled.setup.free and len(motion.q) and _steep(compiled, motion):
-        outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
-    else:
-        reason = reason_of_motion(compiled, motion)
     clearance = _clearance(compiled, motion) if certified else None
     if clearance is not None and driven is not None:
         clearance = _within_stops(compiled, motion.times, angles, clearance)
+    if driven is None and compiled.setup.free and len(motion.q) and _steep(compiled, motion):
+        outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
+    else:
+        reason = reason_of_motion(compiled, motion, clearance, driven=driven is not None)
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
 
 
