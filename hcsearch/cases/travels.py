@@ -70,7 +70,7 @@ def _by_springs(case: Case) -> MovedCase | str:
     """Return the travel by springs; where they do not open the case, the beginning of a sentence that says so."""
     deployment = simulate_deployment(case.linkage, case.setup)
     if deployment.deploys:
-        source = f"springs, {case.sentence or deployment.reason}"
+        source = f"springs, {case.sentence or deployment.check.reason(case.labels)}"
         return MovedCase(travel_of_deployment(deployment, case.scene), case.joined_scene, source)
     return f"springs do not open it ({deployment.reason}); "
 
