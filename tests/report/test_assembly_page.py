@@ -18,6 +18,7 @@ from hcsearch.web.report.assembly_page import fetch_assembly_data
 from hcsearch.web.report.lead_sentences import PANEL_WORDS
 from hcsearch.web.report.linkage_page import render_linkage
 from hcsearch.web.report.motion_plots import marks_of_motion
+from hcsearch.web.report.plots import DrawnPlot, PlotCurve
 from tests.report.pages import Page, data_of
 
 UNIT = "unit-ii"
@@ -75,6 +76,13 @@ def test_the_mark_of_the_flat_state_names_no_digits_that_are_in_doubt(flat_time,
     deployment = deploy("element-6r").deployment
     (mark,) = marks_of_motion(replay_of_deployment(deployment, "element"), deployment, flat_time)
     assert (mark.x, mark.text) == (deployment.motion.times[-1], text)
+
+
+def test_the_legend_of_a_plot_breaks_no_line_within_a_range(data):
+    curve = PlotCurve("hinges 0, 3 to 8, 10 to 12", [0, 1], [0, 1], "0", (0, 3))
+    motion = replace(data.motions[0], plots=[DrawnPlot("angles", "<svg></svg>", ((0, curve),))])
+    texts = [text for tag, text in Page(render_linkage(replace(data, motions=[motion]))).texts if tag == "button"]
+    assert "hinges 0, 3\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}8, 10\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}12" in texts
 
 
 def test_hostile_text_stays_text(data):
