@@ -135,6 +135,8 @@ def test_the_table_sorts_by_its_heads_and_opens_designs(tab, page, data):
     heads = "[...document.querySelectorAll('.rows thead th')].map((head) => head.dataset.name || '')"
     assert tab.value(heads) == ["", "id", "status", "dof", "circuit", "array"]
     assert not tab.value("document.querySelector('.gallery .card')")
+    named = f"[...{rows}[0].cells].map((cell) => cell.dataset.name ?? '')"  # read in print
+    assert tab.value(named) == ["", "", "", "degrees of freedom", "circuit", "array"]
     fitting = [design for design in data.designs if design["untwisted"]]
     dofs = {design["id"]: design["dof"] for design in fitting}
     by_dof = sorted(dofs, key=lambda one: (dofs[one], one))
