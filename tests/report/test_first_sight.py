@@ -129,6 +129,24 @@ def test_arrow_keys_go_on_and_back_leaves_the_large_view(tab, page):
     assert tab.complaints == []
 
 
+def test_the_exploded_view_of_a_design_stays_in_the_address(tab, page, number):
+    boxes = "document.querySelector('dialog .player').firstElementChild?.shadowRoot?.querySelectorAll('label') ?? []"
+    box = f"[...{boxes}].find((one) => one.textContent === 'Exploded view')?.firstElementChild"
+    show(tab, f"{page}#id={number}")
+    tab.until(f"Boolean({box})")
+    assert not tab.value(f"{box}.checked")
+    tab.value(f"{box}.click()")
+    assert place(tab) == {"id": str(number), "exploded": "yes"}
+    show(tab, f"{page}#id={number}&exploded=yes")
+    tab.until(f"{box}?.checked")
+    tab.value(f"{box}.click()")
+    assert place(tab) == {"id": str(number)}
+    tab.value(f"{box}.click()")
+    tab.value("document.querySelector('dialog .close').click()")
+    tab.until("location.hash.length < 2")
+    assert tab.complaints == []
+
+
 def test_the_table_sorts_by_its_heads_and_opens_designs(tab, page, data):
     show(tab, f"{page}#q=untwisted&columns=dof&as=table")
     rows = "[...document.querySelectorAll('.rows tbody tr')]"

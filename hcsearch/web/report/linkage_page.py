@@ -101,7 +101,7 @@ def shown_motion(title: str, replay: Replay, command: str, deployed: Deployed | 
 
 def render_linkage(data: LinkageData) -> str:
     """Return the HTML page of a linkage; all text is escaped, and its policy admits only its own scripts."""
-    scripts = [player_script(), joined_script(("copy", "design"))]
+    scripts = [player_script(), joined_script(("copy", "address", "design"))]
     return (
         template_environment()
         .get_template("linkage.html")
