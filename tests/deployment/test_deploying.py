@@ -236,6 +236,7 @@ def test_more_seconds_are_no_remedy_where_panels_collide():
     assert (found.outcome, found.clearance.kind) == ("moving", "collides")
     sentence = f"after 0.05 s the widest fold angle is {np.abs(found.angles[-1]).max():.3g} rad"
     assert found.reason == sentence
+    assert found.sentence == f"panels 4 and 7 collide at {found.clearance.time:.4g} s; {sentence}"
     assert reason_of_motion(found.compiled, found.motion) == f"{sentence}: give it more seconds"
     doubtful = replace(found.clearance, kind="undecided")
     assert reason_of_motion(found.compiled, found.motion, doubtful) == sentence

@@ -18,6 +18,7 @@ from hcsearch.motion.collision.panel_prisms import resolution_of
 from hcsearch.motion.collision.panel_reaches import reaches
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, setup_of_scene
+from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.drives import Drives
@@ -29,6 +30,7 @@ from hcsearch.springs.deployment.outcomes import (
     method_of,
     outcome_of,
     reason_of_motion,
+    reason_with_clearance,
 )
 from hcsearch.springs.deployment.play import Play, course_of_deployment, play_of_deployment
 from hcsearch.springs.dynamics.position_control import DrivenMotion, simulate_driven
@@ -92,6 +94,11 @@ class Deployment(ByValue):
             looks=0 if clearance is None else clearance.bound_count,
             loose_share=loose_states(self.compiled.system, motion),
         )
+
+    @property
+    def sentence(self) -> str:
+        """The reason, after the sentence on the certain or possible collision if there is one."""
+        return reason_with_clearance(self.reason, self.outcome, self.clearance, labels_of(self.compiled.linkage))
 
     @property
     def verdict(self) -> Verdict:
