@@ -21,7 +21,7 @@ def notebook_value_html(value: object) -> str | None:
         case Folding():
             return _folding_html(value)
         case Deployed():
-            return notebook_html(replay_of_deployment(value.deployment, value.name))
+            return notebook_html(replay_of_deployment(value.deployment, value.name, reason=value.reason))
         case LinkageMotion() if value.followed.path.steps:
             return notebook_html(replay_of_motion(value))
         case Replay():

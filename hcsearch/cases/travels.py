@@ -69,10 +69,11 @@ def _of_pattern(case: Case) -> MovedCase:
 def _by_springs(case: Case) -> MovedCase | str:
     """Return the travel by springs; where they do not open the case, the beginning of a sentence that says so."""
     deployment = simulate_deployment(case.linkage, case.setup)
+    reason = deployment.check.reason(case.labels) if deployment.outcome == "flat" else deployment.sentence
     if deployment.deploys:
-        source = f"springs, {case.sentence or deployment.reason}"
-        return MovedCase(travel_of_deployment(deployment, case.scene), case.joined_scene, source)
-    return f"springs do not open it ({deployment.reason}); "
+        travel = travel_of_deployment(deployment, case.scene)
+        return MovedCase(travel, case.joined_scene, f"springs, {case.sentence or reason}")
+    return f"springs do not open it ({reason}); "
 
 
 def _no_motion(title: str, reason: str) -> HcsearchError:

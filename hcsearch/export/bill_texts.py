@@ -7,6 +7,7 @@ from typing import Any
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.export.bill_items import BillOfMaterials
+from hcsearch.scenes.laws import rounded_law_text
 from hcsearch.system.terminal import short_number
 
 BILL_STYLES = {".csv": "csv", ".md": "markdown", ".txt": "text", ".json": "json"}
@@ -59,8 +60,8 @@ def bill_summary(bill: BillOfMaterials) -> str:
 
 
 def section_cells(rows: tuple[dict[str, Any], ...]) -> tuple[list[str], list[list[str]]]:
-    """Return the column heads, with units, and the cells of a section as texts."""
-    return [_head(name) for name in rows[0]], [[_cell(value) for value in row.values()] for row in rows]
+    """Return the column heads, with units, and the cells of a section as texts, numbers rounded to four digits."""
+    return [_head(name) for name in rows[0]], [[_cell(*item) for item in row.items()] for row in rows]
 
 
 def _head(name: str) -> str:
@@ -69,5 +70,7 @@ def _head(name: str) -> str:
     return name.removesuffix(suffix).replace("_", " ") + _UNITS.get(suffix, "")
 
 
-def _cell(value: Any) -> str:
+def _cell(name: str, value: Any) -> str:
+    if name == "law":
+        return rounded_law_text(value)
     return short_number(value) if isinstance(value, float) else str(value)

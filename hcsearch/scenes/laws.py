@@ -29,6 +29,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError, NotationError
 from hcsearch.scenes.spring_files import check_angles, read_law_points
+from hcsearch.system.terminal import short_number
 
 Cubic = tuple[float, float, float, float]
 
@@ -344,6 +345,11 @@ _EXAMPLES = (
     "table:FILE.csv",
     "tape:0.2@0.05,0.03@0.01",
 )
+
+
+def rounded_law_text(text: str, digits: int = 4) -> str:
+    """Return the notation of a law with its numbers rounded to some significant digits, for tables that people read."""
+    return re.sub(_UNSIGNED, lambda number: short_number(float(number[0]), digits), text, flags=re.ASCII)
 
 
 def _one(*coefficients: float) -> LawBranch:

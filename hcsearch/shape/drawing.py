@@ -19,6 +19,9 @@ DRAWING_SIDE_UNITS = 100
 DRAWING_SIDE_PIXELS = {3: 64, 4: 48, 6: 40}
 """Screen pixels to the shortest side of a panel in a standalone picture, by its number of sides: about equal areas."""
 
+LINE_PIXELS = 0.48
+"""Screen pixels to a unit in widths and dashes of lines in a standalone picture, the same for all shapes of panels."""
+
 DRAWING_STYLES: dict[str, dict[str, str]] = {
     "panel": {"fill": "#f7f5ef", "stroke": "#989da8", "stroke-width": "2", "stroke-linejoin": "round"},
     "outer": {"fill": "#cfd3da", "stroke": "#989da8", "stroke-width": "2", "stroke-linejoin": "round"},
@@ -217,7 +220,8 @@ def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int |
     """Write a picture of an extent (width, height) in units.
 
     pixels : screen pixels to `DRAWING_SIDE_UNITS` units in a standalone picture, with its own size and the style of
-        each line, whose width stays as the picture is enlarged or reduced; None where the page gives both.
+        each line, whose width stays as the picture is enlarged or reduced; None where the page gives both. Widths do
+        not depend on `pixels`, so that pictures beside each other have equal lines.
     """
     body = "".join(marks)
     head = f'role="img" viewBox="0 0 {extent[0]} {extent[1]}"'
@@ -225,21 +229,23 @@ def svg(marks: Iterable[str], title: str, extent: tuple[int, int], pixels: int |
         width, height = (round(length * pixels / DRAWING_SIDE_UNITS) for length in extent)
         head = f'xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" {head}'
         for kind, look in DRAWING_STYLES.items():
-            scaled = _in_pixels(look, pixels / DRAWING_SIDE_UNITS)
+            scaled = _in_pixels(look)
             attributes = " ".join(f'{name}="{value}"' for name, value in scaled.items())
             body = body.replace(f'class="{kind}"', f'class="{kind}" {attributes}')
     return f"<svg {head}><title>{escape(title)}</title>{body}</svg>"
 
 
-def _in_pixels(look: Mapping[str, str], scale: float) -> dict[str, str]:
+def _in_pixels(look: Mapping[str, str]) -> dict[str, str]:
     """Return the style of lines with widths and dashes in pixels, which an enlarged picture keeps.
 
-    scale : pixels to a unit at the picture's own size. Outlines of texts grow with the texts.
+    Outlines of texts grow with the texts.
     """
     if "stroke" not in look or "font-size" in look:
         return dict(look)
     lengths = {name: look[name].split() for name in ("stroke-width", "stroke-dasharray") if name in look}
-    scaled = {name: " ".join(f"{scale * float(value):.3g}" for value in values) for name, values in lengths.items()}
+    scaled = {
+        name: " ".join(f"{LINE_PIXELS * float(value):.3g}" for value in values) for name, values in lengths.items()
+    }
     return {**look, **scaled, "vector-effect": "non-scaling-stroke"}
 
 

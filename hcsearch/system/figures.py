@@ -58,6 +58,8 @@ TITLE_WIDTH = 92
 """Maximum number of characters in a line of a title."""
 LEGEND_WIDTH = 30
 """Maximum number of characters in a line of a legend."""
+_UNBROKEN = re.compile(r"(?<=\d) (?=(?:s|rad|mm)\b|to \d)|(?<=\d to) (?=\d)")
+"""Spaces at which no line breaks."""
 _BACKEND = "MPLBACKEND"
 _STYLE = {
     "axes.prop_cycle": f"cycler('color', {list(CURVE_COLOURS)})",
@@ -109,7 +111,7 @@ def line_style(number: int) -> dict[str, Any]:
 
 def add_legend(axes: Axes, title: str, lines: Sequence[Line2D]) -> None:
     """Add a legend of some lines beside the plot, with long labels wrapped, in as many columns as needed."""
-    labels = [textwrap.fill(str(line.get_label()), LEGEND_WIDTH) for line in lines]
+    labels = [_wrapped(str(line.get_label()), LEGEND_WIDTH) for line in lines]
     if labels:
         row_count = sum(1 + label.count("\n") for label in labels)
         position: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
@@ -175,10 +177,18 @@ def _pixels(axes: Axes, line: Line2D) -> list[tuple[float, float]]:
 
 
 def set_title(axes: Axes, title: str) -> None:
-    """Set a title, wrapped so that numbers stay with their units."""
-    joined = re.sub(r"(\d) (s|rad|mm)\b", "\\1\N{NO-BREAK SPACE}\\2", title)
-    text = textwrap.fill(joined, TITLE_WIDTH).replace("\N{NO-BREAK SPACE}", " ")
+    """Set a title, wrapped."""
+    text = _wrapped(title, TITLE_WIDTH)
     axes.set_title(text, fontsize="medium", parse_math=False)  # names of files may hold dollar signs
+
+
+def unbroken(text: str) -> str:
+    """Return a text with no-break spaces between a number and its unit, and within ranges such as `3 to 8`."""
+    return _UNBROKEN.sub("\N{NO-BREAK SPACE}", text)
+
+
+def _wrapped(text: str, width: int) -> str:
+    return textwrap.fill(unbroken(text), width).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def text_font_file() -> str:

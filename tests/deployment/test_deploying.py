@@ -15,7 +15,7 @@ from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.agreement import hinge_arrivals
 from hcsearch.springs.deployment.compiled_scene import compile_scene
-from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, REST_ANGLE_TOLERANCE
+from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, REST_ANGLE_TOLERANCE, reason_of_motion
 from hcsearch.springs.deployment.simulated_deployment import STEEP_BASE_ANGLE, simulate_compiled, simulate_deployment
 from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from tests.linkages import linkage_named
@@ -229,6 +229,20 @@ def test_moving():
     assert found.motion.times[-1] == pytest.approx(0.05)
     widest = np.abs(found.angles[-1]).max()
     assert found.reason == f"after 0.05 s the widest fold angle is {widest:.3g} rad: give it more seconds"
+
+
+def test_more_seconds_are_no_remedy_where_panels_collide():
+    found = simulate_deployment(linkage_named("hex:02234400:1"), replace(DEFAULT, seconds=0.05))
+    assert (found.outcome, found.clearance.kind) == ("moving", "collides")
+    sentence = f"after 0.05 s the widest fold angle is {np.abs(found.angles[-1]).max():.3g} rad"
+    assert found.reason == sentence
+    assert found.sentence == f"panels 4 and 7 collide at {found.clearance.time:.4g} s; {sentence}"
+    assert reason_of_motion(found.compiled, found.motion) == f"{sentence}: give it more seconds"
+    doubtful = replace(found.clearance, kind="undecided")
+    assert reason_of_motion(found.compiled, found.motion, doubtful) == sentence
+    # drives that keep to their course may avoid the collision
+    driven = reason_of_motion(found.compiled, found.motion, found.clearance, driven=True)
+    assert driven == f"{sentence}: drive it more slowly, or more firmly"
 
 
 def test_at_rest_from_the_start_where_it_is_locked():

@@ -29,6 +29,17 @@ def test_the_legend_has_all_lines(lines, columns):
     assert axes.get_legend()._ncols == columns
 
 
+@pytest.mark.parametrize("shift", range(8))
+def test_legends_break_no_line_within_a_range(shift):
+    axes = Figure().subplots()
+    label = "x" * shift + ", ".join(f"{k} to {k + 9}" for k in range(0, 200, 11))
+    axes.plot([0.0, 1.0], [0.0, 1.0], label=label)
+    add_legend(axes, "hinge", axes.get_lines())
+    (text,) = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert text.split() == label.split()
+    assert all(re.search(r"^\w+ to \d+", line) and re.search(r"\d+ to \d+,?$", line) for line in text.splitlines())
+
+
 def test_a_plot_without_lines_has_no_legend():
     axes = Figure().subplots()
     add_legend(axes, "hinge", [])

@@ -109,6 +109,16 @@ def test_springs_are_counted_by_their_laws_and_free_hinges_have_none():
     assert bill_of_materials(MOVING, db="none.sqlite", spring="free").springs == ()
 
 
+def test_laws_are_rounded_in_texts_and_exact_in_data():
+    law = "2*linear:0.0437281928374651+0.0123456789"
+    bill = bill_of_materials(MOVING, db="none.sqlite", springs={"1": law})
+    for style in ("text", "markdown"):
+        assert "2*linear:0.04373+0.01235" in bill_text(bill, style)
+        assert law not in bill_text(bill, style)
+    for style in ("csv", "json"):
+        assert law in bill_text(bill, style)
+
+
 def test_latches_and_mounted_mass_are_those_of_the_scene(tmp_path):
     path = tmp_path / "array.toml"
     path.write_text(

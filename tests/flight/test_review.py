@@ -105,10 +105,17 @@ def test_rules_are_held_against_the_figures(sheet):
     assert sheet.source.startswith("springs, flat after")
 
 
+def test_a_sheet_says_why_springs_do_not_open_a_folding():
+    source = moved(SCENES["default"], "hex:02234400:1").source
+    assert source.startswith("springs do not open it (panels 4 and 7 collide at 0.01282 s); a proved path")
+
+
 def test_springs_that_pass_are_named_where_those_of_the_scene_fail(sheet):
     assert len(sheet.springs) == len(dict(sheet.springs)) == 8
+    tuned = replace(sheet, springs=(("0", "linear:0.0437281928374651+0.0123"),))
     for style in SHEET_STYLES:
         assert "Springs that pass" in sheet_text(sheet, style)
+        assert " linear:0.0437282+0.0123" in sheet_text(tuned, style)
     assert reviewed(BUILT, replace(ECSS, motorisation=None, redundancy=None)).springs == ()
     mild = replace(ECSS, motorisation=replace(ECSS.motorisation, overall=0.1))
     assert reviewed(BUILT, mild).springs == ()

@@ -5,8 +5,10 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
+from hcsearch.api.deploying import deploy
 from hcsearch.api.describing import describe
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.cases.replay_sources import replay_of_deployment
 from hcsearch.cases.resolve import resolve
 from hcsearch.cli.assembly import assembly
 from hcsearch.cli.show import show
@@ -15,6 +17,8 @@ from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
 from hcsearch.web.report.assembly_page import fetch_assembly_data
 from hcsearch.web.report.lead_sentences import PANEL_WORDS
 from hcsearch.web.report.linkage_page import render_linkage
+from hcsearch.web.report.motion_plots import marks_of_motion
+from hcsearch.web.report.plots import DrawnPlot, PlotCurve
 from tests.report.pages import Page, data_of
 
 UNIT = "unit-ii"
@@ -53,6 +57,32 @@ def test_where_springs_do_not_open_an_assembly_its_motion_is_followed():
         "hcsearch motion array-6r --scene x.toml",
     )
     assert "panels may pass through each other" in followed.source
+
+
+def test_plots_name_the_flat_time_in_the_digits_on_which_tolerances_agree():
+    name = "element-6r"
+    deployed = deploy(name)
+    data = fetch_assembly_data(resolve(name, "none.sqlite"), name)
+    (motion,) = data.motions
+    end = deployed.deployment.motion.times[-1]
+    assert (deployed.flat_time, f"{end:.3g}") == (0.65, "0.653")
+    assert "in 0.65 s" in data.sentence
+    assert motion.source.endswith("flat after 0.65 s")
+    assert all(">flat, 0.65 s</text>" in plot.svg for plot in motion.plots)
+
+
+@pytest.mark.parametrize(("flat_time", "text"), [(None, "flat"), (0.65, "flat, 0.65 s"), (0.7, "flat, about 0.7 s")])
+def test_the_mark_of_the_flat_state_names_no_digits_that_are_in_doubt(flat_time, text):
+    deployment = deploy("element-6r").deployment
+    (mark,) = marks_of_motion(replay_of_deployment(deployment, "element"), deployment, flat_time)
+    assert (mark.x, mark.text) == (deployment.motion.times[-1], text)
+
+
+def test_the_legend_of_a_plot_breaks_no_line_within_a_range(data):
+    curve = PlotCurve("hinges 0, 3 to 8, 10 to 12", [0, 1], [0, 1], "0", (0, 3))
+    motion = replace(data.motions[0], plots=[DrawnPlot("angles", "<svg></svg>", ((0, curve),))])
+    texts = [text for tag, text in Page(render_linkage(replace(data, motions=[motion]))).texts if tag == "button"]
+    assert "hinges 0, 3\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}8, 10\N{NO-BREAK SPACE}to\N{NO-BREAK SPACE}12" in texts
 
 
 def test_hostile_text_stays_text(data):

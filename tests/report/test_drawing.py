@@ -10,7 +10,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import enumerate_circuits
-from hcsearch.shape.drawing import DRAWING_STYLES, draw_array, draw_circuit, stylesheet
+from hcsearch.shape.drawing import DRAWING_STYLES, LINE_PIXELS, draw_array, draw_circuit, stylesheet
 
 SIZES = {
     "hex": (6, 8, 10),
@@ -176,18 +176,17 @@ def test_a_standalone_picture_brings_its_look_and_an_inline_one_leaves_it_to_the
 
 
 @given(circuits)
-def test_lines_of_a_standalone_picture_are_as_wide_as_before_at_its_own_size_and_do_not_grow(circuit):
+def test_lines_of_standalone_pictures_are_equally_wide_on_all_grids_and_do_not_grow(circuit):
     assignment = next((folding.assignment for folding in foldings(circuit)), None)
     root = ET.fromstring(draw(circuit, assignment, numbers=True))
-    scale = float(root.get("width")) / float(root.get("viewBox").split()[2])
     lines = [path for path in root.iter() if path.tag.endswith("path")]
     assert lines
     for path in lines:
         look = DRAWING_STYLES[path.get("class")]
         assert path.get("vector-effect") == "non-scaling-stroke"
-        assert float(path.get("stroke-width")) == pytest.approx(scale * float(look["stroke-width"]), rel=0.02)
+        assert float(path.get("stroke-width")) == pytest.approx(LINE_PIXELS * float(look["stroke-width"]), rel=0.02)
         dashes = [float(dash) for dash in path.get("stroke-dasharray", "").split()]
-        wanted = [scale * float(dash) for dash in look.get("stroke-dasharray", "").split()]
+        wanted = [LINE_PIXELS * float(dash) for dash in look.get("stroke-dasharray", "").split()]
         assert dashes == pytest.approx(wanted, rel=0.02)
     (numbers,) = [group for group in root.iter() if group.get("class") == "numbers"]
     assert numbers.get("vector-effect") is None  # the rim of a text grows with it

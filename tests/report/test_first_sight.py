@@ -129,12 +129,32 @@ def test_arrow_keys_go_on_and_back_leaves_the_large_view(tab, page):
     assert tab.complaints == []
 
 
+def test_the_exploded_view_of_a_design_stays_in_the_address(tab, page, number):
+    boxes = "document.querySelector('dialog .player').firstElementChild?.shadowRoot?.querySelectorAll('label') ?? []"
+    box = f"[...{boxes}].find((one) => one.textContent === 'Exploded view')?.firstElementChild"
+    show(tab, f"{page}#id={number}")
+    tab.until(f"Boolean({box})")
+    assert not tab.value(f"{box}.checked")
+    tab.value(f"{box}.click()")
+    assert place(tab) == {"id": str(number), "exploded": "yes"}
+    show(tab, f"{page}#id={number}&exploded=yes")
+    tab.until(f"{box}?.checked")
+    tab.value(f"{box}.click()")
+    assert place(tab) == {"id": str(number)}
+    tab.value(f"{box}.click()")
+    tab.value("document.querySelector('dialog .close').click()")
+    tab.until("location.hash.length < 2")
+    assert tab.complaints == []
+
+
 def test_the_table_sorts_by_its_heads_and_opens_designs(tab, page, data):
     show(tab, f"{page}#q=untwisted&columns=dof&as=table")
     rows = "[...document.querySelectorAll('.rows tbody tr')]"
     heads = "[...document.querySelectorAll('.rows thead th')].map((head) => head.dataset.name || '')"
     assert tab.value(heads) == ["", "id", "status", "dof", "circuit", "array"]
     assert not tab.value("document.querySelector('.gallery .card')")
+    named = f"[...{rows}[0].cells].map((cell) => cell.dataset.name ?? '')"  # read in print
+    assert tab.value(named) == ["", "", "", "degrees of freedom", "circuit", "array"]
     fitting = [design for design in data.designs if design["untwisted"]]
     dofs = {design["id"]: design["dof"] for design in fitting}
     by_dof = sorted(dofs, key=lambda one: (dofs[one], one))

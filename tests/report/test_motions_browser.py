@@ -103,6 +103,26 @@ def test_plots_move_with_the_player_and_a_click_in_a_plot_moves_it(tab, design_p
     assert tab.complaints == []
 
 
+def test_exploded_views_stay_in_the_address(tab, design_page, tmp_path):
+    path = show(tab, design_page, tmp_path)
+    labels = "document.querySelectorAll('.player')[{}].firstElementChild?.shadowRoot?.querySelectorAll('label') ?? []"
+    box = f"[...{labels}].find((one) => one.textContent === 'Exploded view')?.firstElementChild"
+    for k, told in ((1, "#exploded=1"), (0, "#exploded=1%2C0")):
+        tab.value(f"document.querySelectorAll('.player')[{k}].scrollIntoView()")
+        tab.until(f"Boolean({box.format(k)})")
+        tab.value(f"{box.format(k)}.click()")
+        assert tab.value("location.hash") == told
+    tab.open("about:blank")  # else only the part after # would change
+    tab.open(f"{path.as_uri()}#exploded=1")
+    for k in (0, 1):
+        tab.value(f"document.querySelectorAll('.player')[{k}].scrollIntoView()")
+        tab.until(f"Boolean({box.format(k)})")
+        assert tab.value(f"{box.format(k)}.checked") == (k == 1)
+    tab.value(f"{box.format(1)}.click()")
+    assert tab.value("location.hash") == ""
+    assert tab.complaints == []
+
+
 def test_a_hinge_is_pointed_out_in_picture_and_plots(tab, design_page, tmp_path):
     show(tab, design_page, tmp_path)
     tab.value(

@@ -79,3 +79,26 @@ def test_the_note_on_a_page_to_come_goes_away_with_escape_and_does_not_come_for_
             tab.value(f"document.querySelector('.around a[href*=\".{ending}\"]').click()")
             assert tab.value(hidden)
         assert tab.complaints == []
+
+
+def test_print_shows_all_columns_of_a_table_with_their_names(address, tmp_path):
+    cells = "[...document.querySelectorAll('.rows tbody :is(td, th)')]"
+    heads = "[...document.querySelectorAll('.rows thead th')].slice(1)"
+    with chromium(tmp_path / "profile") as tab:
+        tab.call("Emulation.setEmulatedMedia", media="print")
+        # a landscape page of letter paper with the margins of Chromium
+        tab.call("Emulation.setDeviceMetricsOverride", width=980, height=740, deviceScaleFactor=1, mobile=False)
+        columns = "id,array,circuit,grid,n,status,symmetry,min_clearance,deploy_time,deployment_ratio"
+        for path, as_blocks in (("designs?as=table", True), (f"designs?as=table&columns={columns}", False)):
+            tab.open(f"{address}/{path}")
+            assert tab.value(f"Math.max(...{cells}.map((cell) => cell.getBoundingClientRect().right))") <= 980
+            assert (tab.value("document.querySelector('.rows thead').offsetHeight") == 0) == as_blocks
+            unnamed = f"{cells}.filter((cell) => getComputedStyle(cell, '::before').content === 'none').length"
+            count = tab.value("document.querySelectorAll('.rows tbody tr').length")
+            assert tab.value(unnamed) == (count if as_blocks else tab.value(f"{cells}.length"))
+            named = (
+                "[...document.querySelectorAll('.rows tbody tr')[0].cells].slice(1).map((cell) => cell.dataset.name)"
+            )
+            words = "((head) => [head.querySelector('a').textContent, head.querySelector('small')?.textContent])"
+            title = f"{heads}.map({words}).map((both) => both.filter(Boolean).join(', '))"
+            assert tab.value(named) == tab.value(title)

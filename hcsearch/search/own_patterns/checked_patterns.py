@@ -138,7 +138,7 @@ class CheckedPattern:
         if self.motion is not None:
             yield "planned path", reason_of(self.motion, joined=False)
         if self.deployment is not None:
-            yield "springs", self.deployment.reason
+            yield "springs", self.deployment.sentence
 
     @property
     def reasons(self) -> list[str]:
@@ -149,7 +149,7 @@ class CheckedPattern:
         if self.motion is not None:
             told.append(reason_of(self.motion, joined=False))
         if self.deployment is not None:
-            told.append(f"springs: {self.deployment.reason}")
+            told.append(f"springs: {self.deployment.sentence}")
         return told
 
 

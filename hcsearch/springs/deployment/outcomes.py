@@ -15,40 +15,67 @@ from hcsearch.springs.dynamics.time_integration import Motion, SimulationStop
 from hcsearch.system.terminal import short_number
 
 
-def reason_of_motion(compiled: CompiledScene, motion: Motion, time_remedy: str = "give it more seconds") -> str:
-    """Return a sentence on the end of a motion, with a remedy; time_remedy : the remedy where the time is over."""
+def reason_of_motion(
+    compiled: CompiledScene, motion: Motion, clearance: Clearance | None = None, *, driven: bool = False
+) -> str:
+    """Return a sentence on the end of a motion, with a remedy where it may lead to another verdict.
+
+    clearance : None if not checked. Where panels collide or may collide, a motion by springs that ends elsewhere would
+    have the same verdict; one by drives may collide as it strays from its course.
+    """
+    sentence = _sentence_on_end(compiled, motion)
+    diverged = outcome_of(motion.ending) == "diverged"
+    is_clear = clearance is None or clearance.kind == "clear"
+    remedy = _remedy(compiled, motion.ending, driven=driven) if driven or diverged or is_clear else ""
+    return f"{sentence}: {remedy}" if remedy else sentence
+
+
+def _sentence_on_end(compiled: CompiledScene, motion: Motion) -> str:
+    """Return a sentence on the end of a motion."""
     end = f"{short_number(motion.times[-1])} s"
     stops = compiled.at_stops(motion.q[-1])
     shut, opened = (named_hinges(compiled.linkage, hinges) for hinges in (stops.closed, stops.open))
     hinges_at_stops = f"closed hinges {shut}, open hinges {opened}"
+    widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
+    return {
+        "flat": f"flat after {end}",
+        "time": f"after {end} the widest fold angle is {widest:.3g} rad",
+        "rest": f"at rest from {end} on: {hinges_at_stops}",
+        "jammed": f"at {end} stops and loops prevent any motion: {hinges_at_stops}",
+        "steps": f"stopped at {end} after {motion.steps} steps",
+        "short": f"no step is short enough at {end}",
+        "stuck": f"stuck from {end} on: {_friction_sentence(compiled, motion)}",
+        "open": f"the loops open at {end}",
+        "diverged": f"numbers overflow at {end}",
+        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}",
+    }[motion.ending]
+
+
+def _remedy(compiled: CompiledScene, ending: SimulationStop, *, driven: bool) -> str:
+    """Return how a motion may end otherwise; empty where it ends flat, or is held by its stops."""
     easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
     closer = "take the compliant formulation"
     if compiled.formulation == "penalty":
         easier, closer = "raise the tolerance, or lower cut_stiffness and stop_stiffness", "raise cut_stiffness"
-    balance = closer if compiled.formulation == "constrained" else tighter
-    widest = float(np.abs(motion.q[-1][compiled.hinged]).max(initial=0.0))
     return {
-        "flat": f"flat after {end}",
-        "time": f"after {end} the widest fold angle is {widest:.3g} rad: {time_remedy}",
-        "rest": f"at rest from {end} on: {hinges_at_stops}",
-        "jammed": f"at {end} stops and loops prevent any motion: {hinges_at_stops}",
-        "steps": f"stopped at {end} after {motion.steps} steps: {easier}",
-        "short": f"no step is short enough at {end}: {easier}",
-        "stuck": f"stuck from {end} on: {_friction_sentence(compiled, motion)}",
-        "open": f"the loops open at {end}: {closer}",
-        "diverged": f"numbers overflow at {end}: {tighter}, or take the implicit method",
-        "energy": f"the energy balance is off by {motion.drift:.2g} J at {end}: {balance}",
-    }[motion.ending]
+        "time": "drive it more slowly, or more firmly" if driven else "give it more seconds",
+        "steps": easier,
+        "short": easier,
+        "stuck": "give stiffer springs or less friction",
+        "open": closer,
+        "diverged": f"{tighter}, or take the implicit method",
+        "energy": closer if compiled.formulation == "constrained" else tighter,
+    }.get(ending, "")
 
 
 def _friction_sentence(compiled: CompiledScene, motion: Motion) -> str:
-    """Return a sentence on the friction that holds an array at the end of a motion, with a remedy."""
+    """Return a sentence on the friction that holds an array at the end of a motion."""
     torques = np.abs(holding_friction(compiled.system, motion.q[-1]))
     friction = np.array([drive.friction for drive in compiled.system.drives])
     joint = int(np.divide(torques, friction, out=np.zeros_like(torques), where=friction > 0.0).argmax())
     torque, most = (short_number(values[joint] / compiled.shares[joint], 3) for values in (torques, friction))
     hinges = named_hinges(compiled.linkage, compiled.hinges_of(joint))
-    return f"friction is used most in hinges {hinges}, {torque} of {most} N m: give stiffer springs or less friction"
+    return f"friction is used most in hinges {hinges}, {torque} of {most} N m"
 
 
 def reason_with_clearance(reason: str, outcome: Ending, clearance: Clearance | None, labels: Labels) -> str:

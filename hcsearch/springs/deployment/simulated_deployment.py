@@ -18,6 +18,7 @@ from hcsearch.motion.collision.panel_prisms import resolution_of
 from hcsearch.motion.collision.panel_reaches import reaches
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, setup_of_scene
+from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.drives import Drives
@@ -29,6 +30,7 @@ from hcsearch.springs.deployment.outcomes import (
     method_of,
     outcome_of,
     reason_of_motion,
+    reason_with_clearance,
 )
 from hcsearch.springs.deployment.play import Play, course_of_deployment, play_of_deployment
 from hcsearch.springs.dynamics.position_control import DrivenMotion, simulate_driven
@@ -46,7 +48,8 @@ STEEP_BASE_ANGLE = 1.4
 class Deployment(ByValue):
     """One deployment, with its states.
 
-    outcome : as of `DeploymentCheck`. reason : in a sentence, with the remedy where there is one.
+    outcome : as of `DeploymentCheck`. reason : of the outcome, in a sentence, with a remedy where one may lead to
+    another verdict.
     angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
     clearance : whether panels collide, certified for all times of the motion; None if not checked.
     seconds : computing time, without compilation of the kernels; equal deployments may differ in it.
@@ -91,6 +94,11 @@ class Deployment(ByValue):
             looks=0 if clearance is None else clearance.bound_count,
             loose_share=loose_states(self.compiled.system, motion),
         )
+
+    @property
+    def sentence(self) -> str:
+        """The reason, after the sentence on the certain or possible collision if there is one."""
+        return reason_with_clearance(self.reason, self.outcome, self.clearance, labels_of(self.compiled.linkage))
 
     @property
     def verdict(self) -> Verdict:
@@ -239,15 +247,13 @@ def deployment_of_motion(
     """
     angles, rates = compiled.of_hinges(motion.q, motion.v)
     outcome = outcome_of(motion.ending)
-    if driven is not None:
-        reason = reason_of_motion(compiled, motion, "drive it more slowly, or more firmly")
-    elif compiled.setup.free and len(motion.q) and _steep(compiled, motion):
-        outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
-    else:
-        reason = reason_of_motion(compiled, motion)
     clearance = _clearance(compiled, motion) if certified else None
     if clearance is not None and driven is not None:
         clearance = _within_stops(compiled, motion.times, angles, clearance)
+    if driven is None and compiled.setup.free and len(motion.q) and _steep(compiled, motion):
+        outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
+    else:
+        reason = reason_of_motion(compiled, motion, clearance, driven=driven is not None)
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
 
 

@@ -18,7 +18,6 @@ from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.deployment_facts import finite_or_none, mark_collision, play_facts
 from hcsearch.springs.deployment.drives import Drives, drives_text
-from hcsearch.springs.deployment.outcomes import reason_with_clearance
 from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.drive.choosing import DrivenHinges
 from hcsearch.springs.drive.torques import Torques
@@ -130,8 +129,7 @@ class Drive:
                 above.plot(torques.times, column, linewidth=0.6, color="grey", alpha=0.6)
             if others.size:
                 above.set(ylabel="fold angle, degrees (thin grey: not driven)")
-            reason = reason_with_clearance(deployment.reason, deployment.outcome, deployment.clearance, labels)
-            set_title(above, f"{self.title}: {reason}")
+            set_title(above, f"{self.title}: {deployment.sentence}")
             mark_collision(above, deployment)
             for name, number, column in zip(names, numbers, torques.torques.T, strict=True):
                 below.plot(torques.times, column, label=name, **line_style(number))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from hcsearch.scenes.laws import rounded_law_text
 from hcsearch.springs.flight.flight_sheet import FlightSheet, Sensitivity, SheetRow
 from hcsearch.system.terminal import short_number
 
@@ -11,6 +12,8 @@ RULE_HEADS = ("rule", "clause", "figure", "required", "verdict", "margin", "note
 SENSITIVITY_HEADS = ("value of the scene", "figure", "20 % less", "20 % more")
 _STYLES = {"text": ("simple", "{}"), "markdown": ("pipe", "## {}"), "latex": ("latex_booktabs", "\\subsection*{{{}}}")}
 """Tables as tabulate draws them, which escapes their texts, and headings."""
+_LAW_DIGITS = 6
+"""Significant digits of springs that pass: more than of other values, as some of these springs only just pass."""
 SHEET_STYLES = tuple(_STYLES)
 """Text formats of a sheet; those for LaTeX need the package booktabs."""
 
@@ -28,6 +31,11 @@ def sensitivity_cells(row: Sensitivity) -> tuple[str, ...]:
     return row.value, row.figure, _number(row.low, row.unit), _number(row.high, row.unit)
 
 
+def spring_cells(sheet: FlightSheet) -> tuple[tuple[str, str], ...]:
+    """Return hinge and law of the springs that pass as texts, numbers rounded to six digits."""
+    return tuple((hinge, rounded_law_text(law, _LAW_DIGITS)) for hinge, law in sheet.springs)
+
+
 def head_cells(sheet: FlightSheet) -> tuple[tuple[str, str], ...]:
     """Return the facts above the table of rules, each with its name."""
     facts = {sheet.kind: sheet.title, "scene": sheet.scene, "motion": sheet.source, "rules": sheet.standard}
@@ -42,7 +50,7 @@ def sheet_text(sheet: FlightSheet, style: str) -> str:
     parts.append(_table([*(rule_cells(row) for row in sheet.rows), *demands], RULE_HEADS, table))
     if sheet.springs:
         parts.append(heading.format("Springs that pass"))
-        parts.append(_table(sheet.springs, ("hinge", "spring"), table))
+        parts.append(_table(spring_cells(sheet), ("hinge", "spring"), table))
     if sheet.sensitivities:
         parts.append(heading.format("Sensitivities"))
         parts.append(_table([sensitivity_cells(row) for row in sheet.sensitivities], SENSITIVITY_HEADS, table))

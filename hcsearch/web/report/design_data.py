@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
+from typing import cast
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import STATUSES, millimetres, play_sentence
@@ -315,8 +316,10 @@ def _motions(
         deployment = simulate_deployment(case.linkage, case.setup, formulation, drives=case.drives)
     except HcsearchError:
         return motions
-    agreement = confirm_deployment(deployment) if stored.paths is None else None
-    reason = str(best["reason"]) if best is not None else None if agreement is None else agreement.reason
+    agreement = confirm_deployment(deployment) if best is None else None
+    reason, flat_time = (None, None) if agreement is None else (agreement.reason, agreement.flat_time)
+    if best is not None:
+        reason, flat_time = str(best["reason"]), cast("float | None", best["deploy_time"])
     replay = replay_of_deployment(deployment, folding.notation, design=True, reason=reason)
     payload = payload_of(replay)
     command = f"hcsearch deploy {stored.subject(folding, name)}"
@@ -326,10 +329,8 @@ def _motions(
         filter(None, (replay.source, *(mark.text for mark in marks_of_motion(replay) if mark.is_collision), play))
     )
     shows = "deploys" if agreement is not None and agreement.verdict == "deploys" else ""
-    plots = plots_of(replay, payload, deployment)
+    plots = plots_of(replay, payload, deployment, flat_time)
     opens = shows == "deploys" or (verdict is not None and verdict.status == "deploys")
-    agreed = None if agreement is None else agreement.flat_time
-    flat_time = agreed if best is None or best["deploy_time"] is None else float(str(best["deploy_time"]))
     motion = ShownMotion("Motion by springs", source, command, payload, plots, shows, flat_time)
     motions.insert(0 if opens else len(motions), motion)
     return motions

@@ -94,13 +94,14 @@ def motion_by_springs(name: str, deployed: Deployed, command: str) -> ShownMotio
 def shown_motion(title: str, replay: Replay, command: str, deployed: Deployed | None = None) -> ShownMotion:
     """Return a motion for a page; deployed : the deployment that it replays."""
     payload = payload_of(replay)
-    plots = plots_of(replay, payload, None if deployed is None else deployed.deployment)
+    deployment, flat_time = (None, None) if deployed is None else (deployed.deployment, deployed.flat_time)
+    plots = plots_of(replay, payload, deployment, flat_time)
     return ShownMotion(title, payload["source"], command, payload, plots)
 
 
 def render_linkage(data: LinkageData) -> str:
     """Return the HTML page of a linkage; all text is escaped, and its policy admits only its own scripts."""
-    scripts = [player_script(), joined_script(("copy", "design"))]
+    scripts = [player_script(), joined_script(("copy", "address", "design"))]
     return (
         template_environment()
         .get_template("linkage.html")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -12,6 +13,7 @@ from hcsearch.shape.labels import Labels, label_ranges
 from hcsearch.springs.deployment.deployment_facts import deployment_energies
 from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.system.curve_labels import COINCIDING_ANGLE, coinciding
+from hcsearch.system.terminal import short_number
 from hcsearch.web.player import Payload
 from hcsearch.web.report.plots import DrawnPlot, PlotCurve, PlotMark, draw_plot
 
@@ -19,25 +21,36 @@ _FINE = 0.004
 """Tolerance of a plotted curve, as a share of the largest energy."""
 _NEAR = 0.01
 """Gap (mm) beyond which the scale is logarithmic: gaps of sliding panels are small, others large."""
+_ONE_DIGIT = 0.05
+"""Relative difference that times do not exceed which agree in two digits."""
 _AXES = {"time": "time, s", "path": "share of the path"}
 
 
-def plots_of(replay: Replay, payload: Payload, deployment: Deployment | None = None) -> list[DrawnPlot]:
+def plots_of(
+    replay: Replay, payload: Payload, deployment: Deployment | None = None, flat_time: float | None = None
+) -> list[DrawnPlot]:
     """Return the plots of a motion, with energies for a deployment.
 
-    payload : of the same replay, with the nearest panels at each state. Nothing is plotted where nothing moves.
+    payload : of the same replay, with the nearest panels at each state. flat_time : as in `marks_of_motion`. Nothing is
+    plotted where nothing moves.
     """
     if len(replay.at) < 2:
         return []
-    marks = marks_of_motion(replay, deployment)
+    marks = marks_of_motion(replay, deployment, flat_time)
     plots = [_gaps(replay, payload, marks), _angles(replay, marks)]
     if deployment is not None:
         plots.append(_energies(deployment, marks))
     return [drawn for drawn in plots if drawn is not None]
 
 
-def marks_of_motion(replay: Replay, deployment: Deployment | None = None) -> list[PlotMark]:
-    """Return marks at the first collision and where a deployment becomes flat."""
+def marks_of_motion(
+    replay: Replay, deployment: Deployment | None = None, flat_time: float | None = None
+) -> list[PlotMark]:
+    """Return marks at the first collision and where a deployment becomes flat.
+
+    flat_time : s, in the digits on which simulations at several tolerances agree; the mark, which stands at the end of
+    this one, names no other time.
+    """
     marks = []
     if replay.collision is not None:
         place, (first, second) = replay.collision
@@ -47,8 +60,16 @@ def marks_of_motion(replay: Replay, deployment: Deployment | None = None) -> lis
         )
     if deployment is not None and deployment.outcome == "flat":
         end = float(replay.at[-1])
-        marks.append(PlotMark(end, f"flat, {end:.4g} s"))
+        marks.append(PlotMark(end, _flat_text(end, flat_time)))
     return marks
+
+
+def _flat_text(end: float, flat_time: float | None) -> str:
+    """Return the text of the mark at the end of a motion that becomes flat."""
+    if flat_time is None:
+        return "flat"
+    about = "" if math.isclose(end, flat_time, rel_tol=_ONE_DIGIT) else "about "
+    return f"flat, {about}{short_number(flat_time)} s"
 
 
 def _gaps(replay: Replay, payload: Payload, marks: Sequence[PlotMark]) -> DrawnPlot | None:

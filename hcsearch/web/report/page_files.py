@@ -34,7 +34,7 @@ _ELSEWHERE = ("id", "array", "circuit", "grid", "design_id", "crease", "opposite
 def render_design(data: DesignData) -> str:
     """Return the HTML page of a design; all text is escaped, and its policy admits only its own scripts."""
     payloads = [motion.payload for shown in data.foldings for motion in shown.motions]
-    scripts = [*([player_script()] if payloads else []), joined_script(("copy", "design"))]
+    scripts = [*([player_script()] if payloads else []), joined_script(("copy", "address", "design"))]
     return (
         template_environment()
         .get_template("design.html")

@@ -10,6 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.shape.drawing import stylesheet
 from hcsearch.store import Database
+from hcsearch.system.figures import unbroken
 from hcsearch.system.machine import default_database
 from hcsearch.web.player.player_page import PAGE_COLOURS
 
@@ -28,6 +29,7 @@ def template_environment() -> Environment:
         lstrip_blocks=True,
     )
     templates.filters["grouped"] = _grouped
+    templates.filters["unbroken"] = unbroken
     return templates
 
 

@@ -1,7 +1,8 @@
 // The page of a design or an assembly: motions are mounted as they come near to what is seen, their plots move with
-// them, and panels and hinges are pointed out in pictures, players and plots together.
+// them, and panels and hinges are pointed out in pictures, players and plots together. Exploded views stand in the address.
 const motions = JSON.parse(document.getElementById("data").textContent);
 const handles = new Map(); // of the places of players
+const apart = new Set(Address.list(Address.read().exploded)); // numbers of the motions whose panels are drawn apart
 
 const motionOf = (place) => motions[Number(place.dataset.motion)];
 const plotsOf = (place) => [...place.closest(".motion").querySelectorAll("svg.plot")];
@@ -14,9 +15,17 @@ function mount(place) {
   handles.set(place, hcsearchPlayer.mount(place, motionOf(place), {
     numbers: true,
     autoplay: "plays" in place.dataset,
+    exploded: apart.has(place.dataset.motion),
+    parted: (on) => keepApart(place.dataset.motion, on),
     moved: (now) => cursors.forEach((move) => move((now - at[0]) / (at.at(-1) - at[0] || 1))),
     pointed: (panel) => mark(foldingOf(place), panel === null ? {} : { panels: labels.panels[panel].split("+") }),
   }));
+}
+
+function keepApart(motion, on) {
+  if (on) apart.add(motion);
+  else apart.delete(motion);
+  Address.replace({ exploded: [...apart].join(",") });
 }
 
 // The line in a plot that shows the place of its motion.

@@ -1,4 +1,5 @@
-// The dialog: one design enlarged, or several side by side; its designs stand in the address.
+// The dialog: one design enlarged, or several side by side; its designs stand in the address, and whether the panels of
+// one are drawn apart.
 const Dialog = (() => {
   const { element } = Parts;
   let players = [], shown = [];
@@ -11,7 +12,8 @@ const Dialog = (() => {
   async function play(table, designs, places, dialog) {
     const rows = designs.map((i) => table.row(i, Card.drawn(table, i))), several = designs.length > 1;
     const wanted = () => dialog.open && places[0].isConnected;
-    const tried = await Promise.all(rows.map((row, k) => Motions.mount(table, row, places[k], { numbers: true }, wanted)));
+    const apart = several ? {} : { exploded: Address.read().exploded === "yes", parted: (on) => Address.replace({ exploded: on ? "yes" : "" }) };
+    const tried = await Promise.all(rows.map((row, k) => Motions.mount(table, row, places[k], { numbers: true, ...apart }, wanted)));
     const mounted = tried.filter(Boolean);
     if (!wanted()) { // while motions were read, the view was closed or went on
       for (const { player } of mounted) player.dispose();
@@ -88,7 +90,7 @@ const Dialog = (() => {
     });
     dialog.addEventListener("close", () => {
       stop();
-      if (Address.read().id) Address.leave({ id: "" });
+      if (Address.read().id) Address.leave({ id: "", exploded: "" });
     });
     addEventListener("popstate", follow);
     return { open, follow };

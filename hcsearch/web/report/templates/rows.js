@@ -1,7 +1,7 @@
 // The designs as a table; more rows are made as its end comes near to what is seen.
 const Rows = (() => {
   const { element } = Parts;
-  const STEP = 100, MOST_PRINTED = 400;
+  const STEP = 100, MOST_PRINTED = 400, LONG = 24;
   const FIRST = ["id", "status"], LAST = ["circuit", "array"];
 
   // The columns: the id and the status, the chosen numbers, the notations.
@@ -14,8 +14,10 @@ const Rows = (() => {
       return element("th", { scope: "row" }, element("button", { type: "button", "data-design": i }, `#${table.designs.id[i]}`));
     }
     if (quantity.name === "status") return element("td", {}, Parts.badge(table.status[i]));
-    const value = table.designs[quantity.name][i], text = quantity.kind === "text";
-    return element("td", text ? {} : { class: "number" }, value === null ? "–" : Parts.worded({ ...quantity, unit: "" }, value));
+    const value = table.designs[quantity.name][i], { kind, label, unit } = quantity;
+    const look = kind !== "text" ? "number" : value?.length > LONG ? "long" : null;
+    return element("td", { class: look, "data-name": label + (unit && `, ${unit}`) },
+      value === null ? "–" : Parts.worded({ ...quantity, unit: "" }, value));
   }
 
   function row(table, i, shown) {

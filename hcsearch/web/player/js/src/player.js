@@ -3,7 +3,8 @@
 // Options: colour ('stack', 'panel' or 'nearest'), numbers (whether panels have theirs), autoplay (unless the reader
 // prefers less motion), loop (whether it begins again at its end), exploded (whether panels are drawn apart), at (where
 // it starts), theme ('light', 'dark', or 'auto'), fill (whether the picture takes the height that is left in the
-// element), moved (called with each place that is drawn), pointed (called with the panel under the pointer, or null).
+// element), moved (called with each place that is drawn), pointed (called with the panel under the pointer, or null),
+// parted (called with the choice of its reader whether panels are drawn apart).
 
 import { View } from './camera.js';
 import { facetColours } from './colours.js';
@@ -66,6 +67,7 @@ function mount(place, payload, options = {}) {
         explode: (apart) => {
             redraw({ exploded: apart });
             view.fit(posesAt);
+            options.parted?.(apart);
         },
         save,
         look: (name) => {
