@@ -178,6 +178,11 @@ def _case_page(name: str, path: str | Path | None, case: Case, db: Place | None,
     kind = "assembly" if name in ASSEMBLIES else "pattern" if is_pattern_file(name) else "case"
     place = Path(path or f"reports/{kind}-{Path(name).name}.html")
     check_output(str(place))
+    if case.drive is not None:
+        raise HcsearchError(
+            f"{name} has a drive, and pages show motions by springs: give it to hcsearch deploy, or leave out its "
+            "table [drive]"
+        )
     if place.exists() and Path(name).exists() and place.samefile(name):
         raise OutputError(f"{place} is the file with the {kind}: write the page to another one")
     subject = f"{shlex.quote(name)}{option}"

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         "hcsearch show 17 --html --output design.html",
         "hcsearch show unit-ii --html",
         "hcsearch show strip.fold --html",
-        "hcsearch show tuned.toml --html",
+        "hcsearch show strip.toml --html",
     )
 )
 @click.argument("design", metavar="DESIGN[:CREASE]|ASSEMBLY|FILE.fold|FILE.toml")
@@ -53,8 +53,8 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
     springs. For a pattern of panels, FILE.fold, or a model .urdf, .xml or .mjcf, it prints the degrees of freedom and
     the locks, and the page also plays the planned path; a file that draws a design stands for it.
 
-    A file .toml that names a design, an assembly or a pattern is shown in its scene, as such files are that
-    `hcsearch tune` and `hcsearch drive` write.
+    A file .toml that names a design, an assembly or a pattern is shown in its scene, such as one that `hcsearch tune`
+    writes.
     """
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")

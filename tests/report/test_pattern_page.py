@@ -99,6 +99,9 @@ def test_files_that_name_a_case_are_shown_in_their_scene(path, tmp_path):
     assert _printed(str(tmp_path / "design.toml")) == _printed(MOVING)
     with pytest.raises(HcsearchError, match=r"element-6r is no design"):
         _printed(str(tmp_path / "assembly.toml"))
+    (tmp_path / "driven.toml").write_text(f"pattern = '{path}'\n[drive]\n")
+    with pytest.raises(HcsearchError, match="has a drive, and pages show motions by springs"):
+        _printed(str(tmp_path / "driven.toml"), "--html", "--output", str(tmp_path / "no.html"))
     file = str(tmp_path / "design.toml")
     with pytest.raises(HcsearchError, match="is the file with the case: write the page to another one"):
         _printed(file, "--html", "--output", file)

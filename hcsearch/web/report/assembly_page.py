@@ -36,7 +36,7 @@ def fetch_assembly_data(case: Case, subject: str) -> LinkageData:
     assert isinstance(case.what, NamedAssembly)
     name, assembly = case.what.name, ASSEMBLIES[case.what.name]
     facts = describe_assembly(assembly, parameters_of(assembly, case.what.parameters))
-    deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
+    deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained")
     commands = [
         (f"hcsearch assembly {name}", "prints these properties, also of other sizes"),
         (f"hcsearch motion {subject}", "follows its motion: branches and singular states"),

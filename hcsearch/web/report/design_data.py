@@ -312,8 +312,7 @@ def _motions(
     name = DEFAULT_SCENE_NAME if best is None else deployment_scene_name(best, verdict)
     try:
         case = stored.case(folding, db, name)
-        formulation = case.formulation or "constrained"
-        deployment = simulate_deployment(case.linkage, case.setup, formulation, drives=case.drives)
+        deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained")
     except HcsearchError:
         return motions
     agreement = confirm_deployment(deployment) if best is None else None

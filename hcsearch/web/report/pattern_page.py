@@ -32,7 +32,7 @@ def fetch_pattern_data(case: Case, subject: str) -> LinkageData:
     name = case.title
     checked = pattern_mobility(name, case.what.packed, case.scene)
     motion = None if checked.locks else plan_linkage_motion(case.linkage, case.scene.margin)
-    deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
+    deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained")
     planned = [] if motion is None else [("planned path", reason_of(motion, joined=False))]
     return LinkageData(
         title=name,
