@@ -72,7 +72,7 @@ def check(
     elif isinstance(what, str) and is_pattern_file(what):
         drawn = read_pattern_file(what, panel)
         if isinstance(drawn, DrawnPattern):
-            write_notice(f"{what} is no design of a grid, as {drawn.no_design}")
+            write_notice(f"{what} {drawn.no_design}")
             case = resolve_pattern(drawn, db, scene=scene, flat_pairs=flat_pairs, values=values)
             return check_pattern(what, drawn.packed, case.scene, *reporting)
         circuit, panel = drawn.design.circuit, drawn.panel

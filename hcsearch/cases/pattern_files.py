@@ -29,7 +29,7 @@ class DrawnPattern:
     """A pattern of a file that is no design.
 
     path : of the file. panel : the size that was asked for, as of `pattern_of_drawing`; None for that of the file.
-    no_design : why it is no design, as a clause.
+    no_design : why it is not checked as a design, as a clause after its name.
     """
 
     path: str
@@ -62,17 +62,20 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
     for remark in drawing.remarks:
         write_notice(f"{path}: {remark}")
     if is_model:
-        return DrawnPattern(path, panel, _packed(path, drawing, panel), "it is the model of a mechanism")
+        why = "is no design of a grid, as it is the model of a mechanism"
+        return DrawnPattern(path, panel, _packed(path, drawing, panel), why)
     try:
         design = recognise_design(drawing)
     except PatternError as error:
-        no_design, _, _ = str(error).partition(": ")  # without the remedy
-        return DrawnPattern(path, panel, _packed(path, drawing, panel), no_design)
+        why, _, _ = str(error).partition(": ")  # without the remedy
+        return DrawnPattern(path, panel, _packed(path, drawing, panel), f"is no design of a grid, as {why}")
     if states_between_stops(drawing):
         packed = _packed(path, drawing, panel)
         if packed.packed:
-            return DrawnPattern(path, panel, packed, "it states a state with hinges between 0 and 180 degrees")
-        write_notice(f"{path}: {packed.sentence}; the design is checked from its packed states")
+            why = f"is checked as a linkage, as it states {design.circuit.notation} between the stops of its hinges"
+            return DrawnPattern(path, panel, packed, why)
+        fault = packed.sentence.removeprefix("no packed state is known: ")
+        write_notice(f"{path}: {fault}; the design is checked from its packed states")
     return DrawnDesign(path, drawn_panel_size(design, drawing) if panel is None else panel, design)
 
 

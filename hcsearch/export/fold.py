@@ -3,7 +3,8 @@
 The key frame is the pattern, cut along its slits, which are pairs of boundary edges and not `C` edges, since some
 programs do not read those. Frame 1 is the sheet folded flat without thickness, with the order of its layers. Frame 2
 has the thick panels packed, by their middle surfaces; these share no points, so each face has its own vertices. The
-states of a motion follow, represented like frame 2.
+states of a motion follow, represented like frame 2. Where hinges are between their stops in the packed state, there is
+no sheet folded flat, and the packed panels are frame 1.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -9,9 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch import check, prove, save
-from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError, PatternError
 from hcsearch.cases.resolve import resolve
+from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
 from hcsearch.motion.kinematics.within_stops import close_within_stops
+from hcsearch.motion.locks.enclosures import enclose_ends
 from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.planning.ends import EndClosure
 from hcsearch.motion.planning.motion_search import plan_linkage_motion
@@ -19,6 +22,7 @@ from hcsearch.motion.planning.problems import group_of_all, loops_of
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
+from hcsearch.web.report.sheet_drawings import stowed_drawing
 from tests.commands import run_here
 from tests.export.exports import MOVING
 from tests.export.test_any_panels import drawing_of, packed_of, strip, written
@@ -96,13 +100,39 @@ def test_frames_of_a_motion_inherit_the_packed_frame(element, tmp_path):
     assert {frame["frame_parent"] for frame in frames[1:]} == {1}
 
 
-def test_a_drawing_rounded_where_loops_close_at_exact_sizes_only_keeps_its_state(tmp_path):
-    angles = np.tile([146.0889, 96.5766], 12)
+UNIT_II_ANGLES = np.tile([146.0889, 96.5766], 12)
+"""Near a state on the way of unit II, whose loops close at exact sizes only, degrees."""
+
+
+def rounded(file, decimals, turn=0.3):
+    """Turn and round the points of a drawing (mm)."""
+    data = json.loads(file.read_text())
+    points = np.array(data["vertices_coords"]) @ [[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]]
+    data["vertices_coords"] = points.round(decimals).tolist()
+    file.write_text(json.dumps(data))
+    return file
+
+
+def test_loops_that_close_at_exact_sizes_only_need_points_with_many_decimals(tmp_path):
     linkage = resolve("unit-ii", "none.sqlite").linkage
-    closed, _ = close_within_stops(linkage, np.radians(angles))
+    closed, _ = close_within_stops(linkage, np.radians(UNIT_II_ANGLES))
     file = stated("unit-ii", np.degrees(closed.angles), tmp_path / "unit.fold")
     folded = resolve(str(file)).linkage.folded
     assert np.allclose(np.sort(folded), np.sort(closed.angles), atol=1e-6)
+    packed = packed_of(json.loads(rounded(file, 4).read_text()))
+    assert not packed.packed
+    assert "close at exact sizes only: give points with more decimals" in packed.sentence
+
+
+@pytest.mark.parametrize("decimals", [2, 4, 6])
+@pytest.mark.parametrize("turn", [0.3, 1.1])
+def test_panels_of_a_grid_are_moved_to_their_places(decimals, turn, tmp_path):
+    angles = [40.107, 40.107, 180.0, 40.107, 40.107, 180.0]
+    file = rounded(stated("element-6r", angles, tmp_path / "element.fold"), decimals, turn)
+    linkage = resolve(str(file)).linkage
+    assert np.allclose(np.sort(np.degrees(linkage.folded)), np.sort(angles))
+    assert np.abs(linkage.closure(linkage.folded)[0]).max() < 1e-14
+    assert (rank_at(linkage, linkage.folded).nullity, generic_rank(linkage).nullity) == (1, 1)
 
 
 def test_a_state_in_which_closure_has_full_rank_is_locked(tmp_path):
@@ -155,6 +185,65 @@ def test_a_design_is_checked_from_packed_where_no_closed_state_is_near(tmp_path,
     result = run_here(["show", str(file)], capfd)
     assert result.returncode == 0
     assert result.stderr.count("the design is checked from its packed states") == 1
+
+
+CROSS = [
+    [(float(x), float(y)), (x + w, float(y)), (x + w, y + h), (float(x), y + h)]
+    for x, w, y, h in ((0, 1.0, 0, 1.0), (1, 1.3, 0, 1.0), (0, 1.0, 1, 1.1), (1, 1.3, 1, 1.1))
+]
+"""Two by two rectangles."""
+
+
+def crossed(*angles):
+    """The cross with fold angles of its creases 0 1, 0 2, 1 3 and 2 3 (degrees), three valleys and a mountain."""
+    pairs, letters = [(0, 1), (0, 2), (1, 3), (2, 3)], "VMVV"
+    return drawing_of(CROSS, dict(zip(pairs, zip(letters, angles, strict=True), strict=True)))
+
+
+def test_a_state_in_the_cube_of_the_flat_one_is_no_lock():
+    linkage = Linkage(packed_of(crossed(5, 0, 0, 0)).pattern)
+    assert np.degrees(linkage.folded) == pytest.approx([2.5, 0.0, 0.0, 2.5], abs=0.01)
+    assert np.count_nonzero(linkage.folded) == 2
+    assert not enclose_ends(linkage, 100_000).proved
+
+
+@pytest.mark.parametrize("angle", [-0.011, -0.4])
+def test_a_state_that_is_nearly_flat_is_no_packed_state(angle):
+    packed = packed_of(strip([2.0, 1.5, 1.8], [("M", angle), ("V", 0.0)]))
+    assert not packed.packed
+
+
+@pytest.mark.parametrize(
+    ("marks", "message"),
+    [
+        ([("M", -30.0), ("F", 45.0)], r"has the fold angle 45, and a flat edge \(F\) has 0"),
+        ([("M", -200.0), ("V", 10.0)], r"has the fold angle -200, and hinges turn by up to 180 degrees"),
+    ],
+)
+def test_fold_angles_that_no_hinge_has_are_refused(marks, message):
+    with pytest.raises(PatternError, match=message):
+        packed_of(strip([2.0, 1.5, 1.8], marks))
+
+
+@pytest.mark.parametrize("other", [90.0, 0.0])
+def test_two_creases_of_one_hinge_have_one_fold_angle(other):
+    whole = [(1.0, 0.0), (2.3, 0.0), (2.3, 2.1), (1.0, 2.1), (1.0, 1.0)]
+    left = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], [(0.0, 1.0), (1.0, 1.0), (1.0, 2.1), (0.0, 2.1)]
+    marks = {(0, 1): "F", (0, 2): ("V", 60.0), (1, 2): ("V", other)}
+    with pytest.raises(PatternError, match=r"and another one on its line 60: give both the same"):
+        packed_of(drawing_of([*left, whole], marks))
+
+
+def test_the_drawing_of_the_packed_array_has_the_outlines_of_tilted_panels():
+    squares = [[(float(k), 0.0), (k + 1.0, 0.0), (k + 1.0, 1.0), (float(k), 1.0)] for k in range(2)]
+    size = {"frame_unit": "mm", "hcsearch:thickness": 0.1}
+    linkage = Linkage(packed_of(drawing_of(squares, {(0, 1): ("V", 90.0)}, **size)).pattern)
+    polygons = [
+        [tuple(map(float, point.split(","))) for point in text.split()]
+        for text in re.findall(r'class="stowed" points="([^"]*)"', stowed_drawing(linkage))
+    ]
+    spans = sorted(np.ptp(np.array(polygon), axis=0).round(2).tolist() for polygon in polygons)
+    assert spans == [[0.1, 1.0], [0.1, 1.0], [1.0, 0.1], [1.0, 1.0]]
 
 
 def test_states_in_which_thick_panels_penetrate_each_other_are_no_packed_state():

@@ -81,7 +81,7 @@ def prove_pattern(
     if not linkage.folds_flat:
         raise HcsearchError(
             f"{name} states a packed state with hinges between 0 and 180 degrees, and certificates begin at states in "
-            "whole numbers: see what hcsearch check says of it, or leave out the fold angles"
+            "whole numbers: see what hcsearch check says of it, or give the pattern without this state"
         )
     array_data(linkage)  # before the search: it refuses what no certificate holds
     motion = plan_linkage_motion(linkage, margin, budget=budget)

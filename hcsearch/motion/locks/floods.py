@@ -81,6 +81,9 @@ class CubeFlood:
         if self.flood is None or self.search is None:
             self.flood = new_flood(self.start, self.goal, flood_grid(self.level), FLOOD_CUBE_CAPACITY)
             self.search = self.new_tables()
+            if (self.flood.cubes[0] == self.flood.goal).all():  # no cube divides the ends
+                self.active = False
+                return False
         if self.boxes >= 2 * self.progress_at_doubling[0]:
             self.progress_at_doubling = self._progress
         state = flooding.FLOOD_GOING

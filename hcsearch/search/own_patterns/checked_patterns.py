@@ -207,7 +207,7 @@ def _locks(linkage: Linkage, *, packed: bool) -> dict[str, str]:
     """Return the proofs that no motion leaves an end, by the end, as sentences."""
     verdicts = {"flat": lock_at(linkage, linkage.flat)}
     if packed:
-        verdicts["packed"] = lock_at(linkage, linkage.folded, contact_rows(linkage))
+        verdicts["packed"] = lock_at(linkage, linkage.folded, contact_rows(linkage) if linkage.folds_flat else None)
     return {
         end: f"locked ({'exact proof' if lock.exact else 'numerical proof for points as drawn'}), {lock.reason}"
         for end, lock in verdicts.items()

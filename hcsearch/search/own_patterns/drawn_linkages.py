@@ -20,6 +20,7 @@ from hcsearch.search.own_patterns.fold_reading import (
     STRAIGHT_SIDE_SHARE,
     PatternDrawing,
 )
+from hcsearch.search.own_patterns.folded_forms import FOLDED_ANGLE_TOLERANCE
 from hcsearch.search.own_patterns.recognition import panel_named
 from hcsearch.shape.mesh import Facet, PlanePoint, components, facet_area, sides_of
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, Pattern
@@ -28,8 +29,6 @@ DEFAULT_LONGEST_EDGE = 0.05
 """Longest edge (m) of a drawing that has no physical unit."""
 DEFAULT_THICKNESS_SHARE = 0.12
 """Thickness over the root of the mean area of a face, where none is stated: that of the panels of `default`."""
-FULL_TURN_TOLERANCE = 0.01
-"""Stated fold angles within this of 0 or 180 degrees are these."""
 OVERLAP_GRID_SHARE = 1e-6
 """Grid on which faces are intersected, over the root of their mean area, as GEOS needs one for faces that touch."""
 MAX_DRAWN_PANELS = 1000
@@ -81,6 +80,13 @@ def states_angles(drawing: PatternDrawing) -> bool:
 def _crease(drawing: PatternDrawing, pair: FacetPair) -> Crease:
     """Return the crease of a joint."""
     join = drawing.joins[pair]
+    turn = abs(join.angle or 0.0)
+    if turn > 180.0 + FOLDED_ANGLE_TOLERANCE or (join.assignment == "F" and turn > FOLDED_ANGLE_TOLERANCE):
+        limit = "a flat edge (F) has 0" if join.assignment == "F" else "hinges turn by up to 180 degrees"
+        raise PatternError(
+            f"the crease between {panel_named(drawing, pair[0])} and panel {pair[1]} has the fold angle "
+            f"{join.angle:.6g}, and {limit}: correct edges_foldAngle, or assign M or V"
+        )
     if join.assignment == "F" and join.face is None:
         return RIGID_CREASE
     face = join.face or FACE_OF.get(join.assignment, "top")
@@ -90,23 +96,36 @@ def _crease(drawing: PatternDrawing, pair: FacetPair) -> Crease:
             f"hinge on the {face} face, about which thick panels cannot fold that way: mountains have it on the bottom "
             "face, valleys on the top face"
         )
-    turn = abs(join.angle or 0.0) if states_angles(drawing) else 180.0
-    return Crease(face, closes=join.assignment != "F" and turn > FULL_TURN_TOLERANCE)
+    flat = states_angles(drawing) and not states_between_stops(drawing) and turn < 90.0
+    return Crease(face, closes=join.assignment != "F" and not flat)
 
 
 def states_between_stops(drawing: PatternDrawing) -> bool:
-    """Whether a drawing states a fold angle between 0 and 180 degrees."""
-    angles = (abs(join.angle or 0.0) for join in drawing.joins.values())
-    return any(FULL_TURN_TOLERANCE < angle < 180.0 - FULL_TURN_TOLERANCE for angle in angles)
+    """Whether a drawing states a hinge at a fold angle between 0 and 180 degrees."""
+    angles = (abs(join.angle or 0.0) for join in drawing.joins.values() if join.assignment != "F")
+    return any(FOLDED_ANGLE_TOLERANCE < angle < 180.0 - FOLDED_ANGLE_TOLERANCE for angle in angles)
 
 
 def stated_angles(drawing: PatternDrawing, pattern: Pattern) -> Reals:
-    """Return the stated fold angles of the hinges, (n_hinges,), rad."""
-    angles = np.zeros(len(pattern.hinges))
+    """Return the stated fold angles of the hinges, (n_hinges,), rad; those near a stop are at it.
+
+    PatternError where creases of one hinge differ.
+    """
+    angles = np.full(len(pattern.hinges), math.nan)
     for pair, join in drawing.joins.items():
-        if pattern.creases[pair].face is not None:
-            angles[pattern.hinge_of(pair)] = min(abs(join.angle or 0.0), 180.0)
-    return np.radians(angles)
+        if pattern.creases[pair].face is None:
+            continue
+        hinge, turn = pattern.hinge_of(pair), abs(join.angle or 0.0)
+        if abs(angles[hinge] - turn) > FOLDED_ANGLE_TOLERANCE:
+            raise PatternError(
+                f"the crease between {panel_named(drawing, pair[0])} and panel {pair[1]} has the fold angle "
+                f"{turn:.6g}, and another one on its line {angles[hinge]:.6g}: give both the same"
+            )
+        angles[hinge] = turn
+    angles[angles < FOLDED_ANGLE_TOLERANCE] = 0.0
+    angles[angles > 180.0 - FOLDED_ANGLE_TOLERANCE] = 180.0
+    radians: Reals = np.radians(angles)
+    return radians
 
 
 def _sizes(drawing: PatternDrawing, panel: str | None) -> tuple[float, float]:

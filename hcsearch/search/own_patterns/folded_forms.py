@@ -17,7 +17,8 @@ from hcsearch.search.own_patterns.fold_values import FrameValues
 from hcsearch.shape.mesh import sides_of
 
 FOLDED_ANGLE_TOLERANCE = 0.5
-"""Fold angles (degrees) within this of 0 or 180 are these, as points are rounded; so are edges that two faces share."""
+"""Stated fold angles (degrees) within this of 0 or 180 are these, as points are rounded; edges that two faces share may
+differ by it in direction."""
 
 
 class FoldedFormError(ValueError):

@@ -13,6 +13,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
 
@@ -31,9 +32,10 @@ from hcsearch.search.own_patterns.drawn_linkages import (
 )
 from hcsearch.search.own_patterns.fold_reading import SAME_DRAWN_POINT_SHARE, PatternDrawing
 from hcsearch.search.own_patterns.panel_layers import LayerSearch, overlapping_panels
-from hcsearch.search.own_patterns.recognition import panel_named
+from hcsearch.search.own_patterns.recognition import on_grid, panel_named
 from hcsearch.shape.linkage import Linkage, hinge_tree
 from hcsearch.shape.pattern import Crease, PanelFace, Pattern
+from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
 
 MAX_FLAT_SETS = 2_000
 """Greatest number of sets of hinges that are tried as those that stay flat."""
@@ -51,10 +53,13 @@ MAX_NAMED = 8
 MIN_TOLD_TURN, MAX_STATED_TURN = 0.01, 20.0
 """Turns (degrees) by which a stated state is closed: those above the first are reported, and more than the second lead
 to another state."""
-ROUNDED_CLOSURE_RESIDUAL = 1e-8
-"""Closure residual (rad, or gap over the size) of a stated state that may be due to the rounding of the drawing."""
-MAX_ROUNDING_TURN = 1e-3
-"""Greatest turn (rad) by which such a state is closed exactly: loops that rounding holds open lead further away."""
+ROUNDED_CLOSURE_RESIDUAL = 1e-9
+"""Closure residual (rad, or gap over the size) of a stated state that counts as closed, though rounding opens it."""
+MAX_ROUNDING_TURN, MAX_TURN_PER_OPENING, MAX_ROUNDING_OPENING = 1e-3, 1e3, 1e-4
+"""Loops that rounding opens by less than the third (rad, or gap over the size) close near the stated state where no
+hinge turns by more than the first (rad), or by more than the second times the opening."""
+STOP_ROUNDING = 1e-9
+"""Hinges of a closed state nearer to a stop than this (rad) are at it."""
 MAX_POINT_STEPS = 8
 """Newton steps by which points are moved until the packed state closes."""
 
@@ -100,7 +105,7 @@ def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPat
     if states_between_stops(drawing):
         if search.free:
             raise _unassigned(drawing, "the file states a state with hinges between 0 and 180 degrees")
-        return _partly_packed(pattern, stated_angles(drawing, pattern))
+        return _between_stops(drawing, pattern, panel)
     found = search.packed()
     if found is None and search.free:
         raise _unassigned(drawing, f"no mountains and valleys were found that pack the panels, as {search.fault}")
@@ -124,35 +129,56 @@ def _unassigned(drawing: PatternDrawing, why: str) -> PatternError:
     )
 
 
-def _partly_packed(pattern: Pattern, stated: Reals) -> PackedPattern:
-    """Return a pattern in the state that its file states between the stops, closed; stated : (n_hinges,), rad."""
-    linkage = Linkage(pattern)
+def _between_stops(drawing: PatternDrawing, pattern: Pattern, panel: str | None) -> PackedPattern:
+    """Return a pattern in the state that its file states between the stops, closed.
+
+    Panels of a grid are moved to their exact places, at which more loops close.
+    """
+    with suppress(PatternError):
+        pattern = pattern_of_drawing(on_grid(drawing), panel)
+    linkage, stated = Linkage(pattern), stated_angles(drawing, pattern)
     angles = _closed_near(linkage, stated)
-    turned = math.inf if angles is None else float(np.degrees(np.abs(angles - stated).max()))
-    if angles is None or turned > MAX_STATED_TURN:
-        fault = "thick panels have no closed state near the one that the file states, between 0 and 180 degrees"
-        return PackedPattern(pattern, False, f"no packed state is known: {fault}")
+    if isinstance(angles, str):
+        return PackedPattern(pattern, False, f"no packed state is known: {angles}")
+    if angles.max() <= FLAT_FOLD_ANGLE:
+        return PackedPattern(pattern, False, "no packed state is known: the file keeps all hinges flat")
     if cuts_through(linkage, angles[None]):
         fault = "thick panels penetrate each other in the state that the file states, between 0 and 180 degrees"
         return PackedPattern(pattern, False, f"no packed state is known: {fault}")
+    turned = float(np.degrees(np.abs(angles - stated).max()))
     near = f", after hinges turn by up to {turned:.3g} degrees to close the loops" if turned > MIN_TOLD_TURN else ""
     between = int(((angles > 0.0) & (angles < math.pi)).sum())
     sentence = f"packed state stated by the file: {between} of {len(angles)} hinges between 0 and 180 degrees{near}"
     return PackedPattern(_with_folded_angles(pattern, angles), True, sentence)
 
 
-def _closed_near(linkage: Linkage, angles: Reals) -> Reals | None:
-    """Return the closed state near fold angles, (n_hinges,), or None.
+def _closed_near(linkage: Linkage, stated: Reals) -> Reals | str:
+    """Return the closed state near stated fold angles, (n_hinges,), or why there is none.
 
     Loops that close at exact sizes only, as those with more freedom than the Kutzbach criterion predicts, stay open by
-    the rounding of a drawing.
+    the rounding of a drawing: closing them leads far away, along the motion that rounding takes from them.
     """
-    near = np.clip(close_linkage(linkage, angles, tolerance=ROUNDED_CLOSURE_RESIDUAL).angles, 0.0, math.pi)
-    within, _ = close_within_stops(linkage, near)
-    closes = float(np.abs(linkage.closure(near)[0]).max(initial=0.0)) <= ROUNDED_CLOSURE_RESIDUAL
-    if within is not None and (not closes or float(np.abs(within.angles - near).max()) <= MAX_ROUNDING_TURN):
-        return within.angles
-    return near if closes else None
+    angles = np.clip(close_linkage(linkage, stated, tolerance=ROUNDED_CLOSURE_RESIDUAL).angles, 0.0, math.pi)
+    angles[angles < STOP_ROUNDING] = 0.0
+    angles[angles > math.pi - STOP_ROUNDING] = math.pi
+    within, _ = close_within_stops(linkage, angles)
+    closes = _opening(linkage, angles) <= ROUNDED_CLOSURE_RESIDUAL
+    if within is not None and (not closes or float(np.abs(within.angles - angles).max()) <= MAX_ROUNDING_TURN):
+        closes, angles = True, within.angles
+    turned, opening = float(np.abs(angles - stated).max()) if closes else math.inf, _opening(linkage, stated)
+    if opening < MAX_ROUNDING_OPENING and turned > max(MAX_ROUNDING_TURN, MAX_TURN_PER_OPENING * opening):
+        return (
+            f"in the state that the file states loops are open by {opening:.1g} of the pattern's size, and close at exact "
+            "sizes only: give points with more decimals"
+        )
+    if math.degrees(turned) > MAX_STATED_TURN:
+        return "thick panels have no closed state near the one that the file states, between 0 and 180 degrees"
+    return angles
+
+
+def _opening(linkage: Linkage, angles: Reals) -> float:
+    """Return the greatest closure residual of a state (rad, or gap over the size)."""
+    return float(np.abs(linkage.closure(angles)[0]).max(initial=0.0))
 
 
 def _with_folded_angles(pattern: Pattern, angles: Reals) -> Pattern:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections import Counter, defaultdict, deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +64,17 @@ def drawing_grid_of(drawing: PatternDrawing) -> DrawingGrid:
         return _fitted(drawing, len(drawing.facets))
     except PatternError:
         return _fitted(drawing, 1)  # the message names what differs from the first panel
+
+
+def on_grid(drawing: PatternDrawing) -> PatternDrawing:
+    """Return a drawing with its panels at their exact places, in the axes of their grid.
+
+    PatternError where they fit no grid. Loops of many linkages close at exact sizes only.
+    """
+    tiling = drawing_grid_of(drawing)
+    cells = (tiling.grid.corners(tiling.grid.cell(place)) for place in tiling.places)
+    facets = tuple(tuple((tiling.length * x, tiling.width * y) for x, y in cell) for cell in cells)
+    return replace(drawing, facets=facets, outlines=facets)
 
 
 def _fitted(drawing: PatternDrawing, count: int) -> DrawingGrid:

@@ -149,7 +149,7 @@ class _Review:
         if rule is not None and torque is not None:
             strength = f"{short_number(rule.factor * torque, 4)} N m"
             yield "strength of latches at yield, at least", strength, rule.clause
-        if envelope:
+        if envelope and self.travel.linkage.folds_flat:
             yield f"stacks that stand in {envelope}, obliquely too, at most", self._stacks_in(envelope), "scene"
 
     def _stacks_in(self, envelope: str) -> str:

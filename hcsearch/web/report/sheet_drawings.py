@@ -8,6 +8,7 @@ from html import escape
 import numpy as np
 import shapely
 
+from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.envelopes import envelope_sides
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.flight.craft import craft_corners, placed_solids
@@ -86,17 +87,19 @@ def stowed_drawing(linkage: Linkage, envelope: str = "") -> str:
             f'<rect class="envelope" x="0" y="{depth + gap:.2f}" width="{rooms[0]:.2f}" height="{rooms[2]:.2f}"/>'
         )
     for xy, z in flat:
-        corners = " ".join(f"{x:.2f},{y:.2f}" for x, y in (xy[0] - least).tolist())
-        body.append(f'<polygon class="stowed" points="{corners}"/>')
-        low, high = (xy.reshape(-1, 2) - least)[:, 0].min(), (xy.reshape(-1, 2) - least)[:, 0].max()
-        top = depth + gap + tall - (float(z.max()) - bottom)
-        body.append(
-            f'<rect class="stowed" x="{low:.2f}" y="{top:.2f}" width="{high - low:.2f}" '
-            f'height="{float(np.ptp(z)):.2f}"/>'
-        )
+        places = (xy - least).reshape(-1, 2)
+        side = np.stack([places[:, 0], depth + gap + tall - (z.ravel() - bottom)], axis=1)
+        body += [_shadow(places), _shadow(side)]
     view = f"{-0.02 * width:.2f} {-0.02 * width:.2f} {1.04 * width:.2f} {depth + gap + tall + 0.04 * width:.2f}"
     title = "The packed array from above, and from the side" + (f", in {escape(envelope)}" if envelope else "")
     return f'<svg class="stowage" role="img" viewBox="{view}"><title>{title}</title>{"".join(body)}</svg>'
+
+
+def _shadow(points: Reals) -> str:
+    """Return the outline of a convex panel, seen from one side, as an SVG polygon; points : of its corners, (k, 2)."""
+    outline = shapely.get_coordinates(shapely.convex_hull(shapely.MultiPoint(points)))[:-1]
+    corners = " ".join(f"{x:.2f},{y:.2f}" for x, y in outline.tolist())
+    return f'<polygon class="stowed" points="{corners}"/>'
 
 
 def swept_drawing(travel: Travel) -> str:
