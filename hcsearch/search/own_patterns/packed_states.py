@@ -168,8 +168,8 @@ def _closed_near(linkage: Linkage, stated: Reals) -> Reals | str:
     turned, opening = float(np.abs(angles - stated).max()) if closes else math.inf, _opening(linkage, stated)
     if opening < MAX_ROUNDING_OPENING and turned > max(MAX_ROUNDING_TURN, MAX_TURN_PER_OPENING * opening):
         return (
-            f"in the state that the file states loops are open by {opening:.1g} of the pattern's size, and close at exact "
-            "sizes only: give points with more decimals"
+            f"in the state that the file states loops are open by {opening:.1g} of the pattern's size, and close at "
+            "exact sizes only: give points with more decimals"
         )
     if math.degrees(turned) > MAX_STATED_TURN:
         return "thick panels have no closed state near the one that the file states, between 0 and 180 degrees"
