@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, OutputError
 from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
-from hcsearch.cases.pattern_files import DrawnDesign, DrawnPattern, is_pattern_file, read_pattern_file
+from hcsearch.cases.pattern_files import DrawnDesign, is_pattern_file, read_pattern_file
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, no_folding_reason, split_crease
-from hcsearch.designs.panel_sizes import PanelSize, default_panel
+from hcsearch.designs.panel_sizes import PanelSize, default_panel, panel_text
 from hcsearch.designs.twisting import twist
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.scenes import Scene, panel_of
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.system.outputs import check_output
 
 if TYPE_CHECKING:
@@ -71,8 +71,7 @@ def show(
     ----------
     design
         Its id in the database, the notation of its circuit, which needs no database, DESIGN:CREASE for one of its
-        foldings, a file `.fold`, `.urdf`, `.xml` or `.mjcf`, or a case or a file `.toml` that names one, which is shown
-        in its scene.
+        foldings, a file `.fold`, `.urdf`, `.xml` or `.mjcf`, or a case, which is shown in its scene.
     db, scene, panel
         As in `deploy`. Where a scene or panels are given, the paths and deployments are those in this scene; else in
         all.
@@ -92,10 +91,6 @@ def show(
     check_kinds(show, locals())
     if not isinstance(design, str | Circuit | Folding):
         return _of_case(design)
-    if isinstance(design, str) and design.endswith(".toml"):
-        from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - few names are files
-
-        return _of_case(resolve(design, db, scene=scene, panel=panel))
     if isinstance(design, str) and is_pattern_file(design):
         return _of_file(design, db, scene, panel)
     name, crease = _split(design)
@@ -124,10 +119,10 @@ def show_page(
     Parameters
     ----------
     design, db, scene, panel
-        As in `show`, or the name of an assembly; a circuit is shown in the scene `default` unless another is given.
+        As in `show`, or the name of an assembly; a circuit is shown in the scene `default`.
     path
-        The file to write, by default reports/design-DESIGN.html, reports/assembly-NAME.html,
-        reports/pattern-FILE.html or, of a file `.toml`, reports/case-FILE.html.
+        The file to write, by default reports/design-DESIGN.html, reports/assembly-NAME.html or
+        reports/pattern-FILE.html.
 
     Returns
     -------
@@ -135,63 +130,40 @@ def show_page(
         The page.
     """
     from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
-    from hcsearch.cases.resolve import resolve, resolve_scene  # noqa: PLC0415
     from hcsearch.cases.stored_designs import stored_circuit_in_scene  # noqa: PLC0415
-    from hcsearch.web.report.design_data import DEFAULT_SCENE, AskedScene  # noqa: PLC0415
     from hcsearch.web.report.page_files import write_design  # noqa: PLC0415
 
     check_kinds(show_page, locals())
-    options = [("--scene", scene), ("--panel", panel)]
-    option = "".join(f" {key} {shlex.quote(value)}" for key, value in options if value)
-    if isinstance(design, str) and (design in ASSEMBLIES or is_pattern_file(design) or design.endswith(".toml")):
-        return _case_page(design, path, resolve(design, db, scene=scene, panel=panel), db, option)
+    if isinstance(design, str) and design in ASSEMBLIES:
+        return _assembly_page(design, path, db, scene=scene, panel=panel)
+    if isinstance(design, str) and is_pattern_file(design):
+        return _file_page(design, path, db, scene=scene, panel=panel)
     name, crease = _split(design)
     given = name if crease is None else f"{name}:{crease}"
     place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
+    number, scene_name = None, DEFAULT_SCENE_NAME
+    if ":" in name:
+        circuit = Circuit.from_notation(name).canonical()
+        if scene or panel:
+            raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
+    else:
+        number, circuit, scene_name = stored_circuit_in_scene(name, db, scene=scene, panel=panel)
     check_output(str(place))
     location = database_location(db)
-    if ":" not in name:
-        number, circuit, scene_name = stored_circuit_in_scene(name, db, scene=scene, panel=panel)
-        return write_design(circuit, _chosen(circuit, crease), place, db=location, number=number, scene=scene_name)
-    circuit = Circuit.from_notation(name).canonical()
-    chosen, asked = _chosen(circuit, crease), DEFAULT_SCENE
-    if scene or panel:
-        asked = AskedScene(
-            resolve_scene(circuit.grid.name, db, scene=scene, panel=panel),
-            {folding.crease: resolve(folding, db, scene=scene, panel=panel) for folding in chosen},
-            {folding.crease: f"{folding.notation}{option}" for folding in chosen},
-        )
-    return write_design(circuit, chosen, place, db=location, asked=asked)
+    return write_design(circuit, _chosen(circuit, crease), place, db=location, number=number, scene=scene_name)
 
 
-def _case_page(name: str, path: str | Path | None, case: Case, db: Place | None, option: str) -> Path:
-    """Write the page of an assembly, or of what a file denotes.
-
-    name : of the assembly or the file. option : of commands, for its scene and its panels, with a space before it.
-    """
-    from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
+def _assembly_page(
+    name: str, path: str | Path | None, db: Place | None, *, scene: str | None, panel: str | None
+) -> Path:
+    """Write the page of an assembly."""
+    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - texts do without pages and their engine
     from hcsearch.web.report.assembly_page import write_assembly  # noqa: PLC0415
-    from hcsearch.web.report.design_data import AskedScene  # noqa: PLC0415
-    from hcsearch.web.report.page_files import write_design  # noqa: PLC0415
-    from hcsearch.web.report.pattern_page import write_pattern  # noqa: PLC0415
 
-    kind = "assembly" if name in ASSEMBLIES else "pattern" if is_pattern_file(name) else "case"
-    place = Path(path or f"reports/{kind}-{Path(name).name}.html")
+    place = Path(path or f"reports/assembly-{name}.html")
     check_output(str(place))
-    if case.drive is not None:
-        raise HcsearchError(
-            f"{name} has a drive, and pages show motions by springs: give it to hcsearch deploy, or leave out its "
-            "table [drive]"
-        )
-    if place.exists() and Path(name).exists() and place.samefile(name):
-        raise OutputError(f"{place} is the file with the {kind}: write the page to another one")
-    subject = f"{shlex.quote(name)}{option}"
-    if case.folding is None:
-        write = write_pattern if isinstance(case.what, DrawnPattern) else write_assembly
-        return write(case, place, subject)
-    folding = Folding.from_notation(case.folding.notation)
-    asked = AskedScene(case.scene, {folding.crease: case}, {folding.crease: subject})
-    return write_design(folding.circuit, [folding], place, db=database_location(db), asked=asked)
+    case = resolve(name, db, scene=scene, panel=panel)
+    return write_assembly(name, case, place, "" if scene is None else f" --scene {shlex.quote(scene)}")
 
 
 def _of_file(path: str, db: Place | None, scene: str | None, panel: str | None) -> ShownDesign | CheckedPattern:
@@ -208,12 +180,30 @@ def _of_file(path: str, db: Place | None, scene: str | None, panel: str | None) 
     return pattern_mobility(path, drawn.packed, Scene())
 
 
-def _of_case(case: Case) -> ShownDesign | CheckedPattern:
-    """The folding of a case, with its panels and the results in its scene, or its pattern."""
-    if isinstance(case.what, DrawnPattern):
-        from hcsearch.search.own_patterns.checked_patterns import pattern_mobility  # noqa: PLC0415 - few are patterns
+def _file_page(name: str, path: str | Path | None, db: Place | None, *, scene: str | None, panel: str | None) -> Path:
+    """Write the page of the folding or the pattern that a file draws."""
+    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - texts do without pages and their engine
+    from hcsearch.web.report.pattern_page import write_pattern  # noqa: PLC0415
 
-        return pattern_mobility(case.title, case.what.packed, case.scene)
+    place = Path(path or f"reports/pattern-{Path(name).name}.html")
+    check_output(str(place))
+    if place.exists() and place.samefile(name):
+        raise OutputError(f"{place} is the file with the pattern: write the page to another one")
+    case = resolve(name, db, scene=scene, panel=panel)
+    if case.folding is not None:
+        if case.panel != default_panel(case.folding.circuit.grid.name):
+            raise HcsearchError(
+                f"{name} draws {case.folding.notation} with panels of {panel_text(case.panel)} mm, and the page of a "
+                "folding that no database holds shows default panels: enumerate it in a scene with these panels and "
+                "name its id, or see hcsearch check"
+            )
+        return show_page(case.folding, place, db=db, scene=scene, panel=panel)
+    options = [("--scene", scene), ("--panel", panel)]
+    return write_pattern(case, place, "".join(f" {key} {shlex.quote(value)}" for key, value in options if value))
+
+
+def _of_case(case: Case) -> ShownDesign:
+    """The folding of a case, with its panels and the results in its scene."""
     if case.folding is None:
         raise HcsearchError(
             f"{case.title} is no design: see hcsearch assembly, or name a circuit such as hex:0234550132"

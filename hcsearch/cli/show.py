@@ -25,18 +25,17 @@ if TYPE_CHECKING:
         "hcsearch show 17 --html --output design.html",
         "hcsearch show unit-ii --html",
         "hcsearch show strip.fold --html",
-        "hcsearch show strip.toml --html",
     )
 )
-@click.argument("design", metavar="DESIGN[:CREASE]|ASSEMBLY|FILE.fold|FILE.toml")
+@click.argument("design", metavar="DESIGN[:CREASE]|ASSEMBLY|FILE.fold")
 @database_option
 @scene_options
 @click.option("--html", "as_html", is_flag=True, help="Write a page with all results, plots, and motions to play.")
 @click.option(
     "--output",
     metavar="FILE",
-    help="The file of the page.  [default: reports/design-DESIGN.html, reports/assembly-ASSEMBLY.html, "
-    "reports/pattern-FILE.html or reports/case-FILE.html]",
+    help="The file of the page.  [default: reports/design-DESIGN.html, reports/assembly-ASSEMBLY.html or "
+    "reports/pattern-FILE.html]",
 )
 def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bool, output: str | None) -> None:
     """Print a design and its foldings, an assembly of the thesis or a pattern of your own, or write a page.
@@ -52,9 +51,6 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
     For an assembly, the command prints its properties like `hcsearch assembly`, and the page plays its motion by
     springs. For a pattern of panels, FILE.fold, or a model .urdf, .xml or .mjcf, it prints the degrees of freedom and
     the locks, and the page also plays the planned path; a file that draws a design stands for it.
-
-    A file .toml that names a design, an assembly or a pattern is shown in its scene, such as one that `hcsearch tune`
-    writes.
     """
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")

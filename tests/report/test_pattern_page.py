@@ -11,7 +11,6 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.cli.show import show
 from hcsearch.web.report.linkage_page import render_linkage
 from hcsearch.web.report.pattern_page import fetch_pattern_data
-from tests.export.exports import MOVING
 from tests.export.test_any_panels import strip, written
 from tests.report.pages import Page, data_of
 
@@ -23,7 +22,7 @@ def path(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def data(path):
-    return fetch_pattern_data(resolve(path, "none.sqlite"), f"{path} --scene x.toml")
+    return fetch_pattern_data(resolve(path, "none.sqlite"), " --scene x.toml")
 
 
 def _printed(*words):
@@ -74,40 +73,13 @@ def test_a_page_overwrites_no_pattern_and_each_result_has_a_name(tmp_path, data)
     assert all(name for name, _ in data.facts)
 
 
-def test_a_page_shows_a_design_with_the_panels_of_its_file(tmp_path):
-    (path,) = save(MOVING, tmp_path / "big.fold", panel="80x8", db="none.sqlite")
-    page = tmp_path / "a.html"
-    _printed(str(path), "--html", "--output", str(page))
-    text = page.read_text()
-    assert "10 of 80x80x8 mm" in text
-    assert f"hcsearch deploy {path}" in text
-
-
-def test_files_that_name_a_case_are_shown_in_their_scene(path, tmp_path):
-    springs = "[scene]\nspring = 'linear:0.01'\n"
-    subjects = {"pattern": path, "design": MOVING, "assembly": "element-6r"}
-    texts = {}
-    for key, subject in subjects.items():
-        file = tmp_path / f"{key}.toml"
-        file.write_text(f"{key} = '{subject}'\n{springs}")
-        page = tmp_path / f"{key}.html"
-        assert _printed(str(file), "--html", "--output", str(page)) == f"{page}\n"
-        texts[key] = page.read_text()
-        assert f"hcsearch deploy {file}" in texts[key]
-    assert {key: Page(text).count("script") for key, text in texts.items()} == dict.fromkeys(texts, 3)
-    assert _printed(str(tmp_path / "pattern.toml")) == _printed(path)
-    assert _printed(str(tmp_path / "design.toml")) == _printed(MOVING)
-    with pytest.raises(HcsearchError, match=r"element-6r is no design"):
-        _printed(str(tmp_path / "assembly.toml"))
-    (tmp_path / "driven.toml").write_text(f"pattern = '{path}'\n[drive]\n")
-    with pytest.raises(HcsearchError, match="has a drive, and pages show motions by springs"):
-        _printed(str(tmp_path / "driven.toml"), "--html", "--output", str(tmp_path / "no.html"))
-    file = str(tmp_path / "design.toml")
-    with pytest.raises(HcsearchError, match="is the file with the case: write the page to another one"):
-        _printed(file, "--html", "--output", file)
+def test_no_page_shows_a_design_with_other_panels_than_its_file(tmp_path):
+    (path,) = save("hex:0234550132:4", tmp_path / "big.fold", panel="80x8", db="none.sqlite")
+    with pytest.raises(HcsearchError, match="draws hex:0234550132:4 with panels of 80x80x8 mm, and the page"):
+        _printed(str(path), "--html", "--output", str(tmp_path / "a.html"))
 
 
 def test_a_file_that_draws_a_design_is_shown_as_this_design(tmp_path):
-    name = MOVING
+    name = "hex:0234550132:4"
     (path,) = save(name, tmp_path / "a.fold", db="none.sqlite")
     assert _printed(str(path)) == _printed(name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.case import Case, NamedAssembly
+from hcsearch.cases.case import Case
 from hcsearch.cases.names import parameters_of
 from hcsearch.cases.replay_sources import replay_of_motion
 from hcsearch.library.assemblies import ASSEMBLIES
@@ -28,20 +28,19 @@ from hcsearch.web.report.linkage_page import (
 )
 
 
-def fetch_assembly_data(case: Case, subject: str) -> LinkageData:
-    """Return the data of an assembly.
+def fetch_assembly_data(name: str, case: Case, option: str = "") -> LinkageData:
+    """Return the data of an assembly with its default sizes.
 
-    case : the assembly in a scene. subject : what commands name: it or a file, with the options for this scene.
+    case : the assembly in a scene. option : of commands, for this scene, with a space before it.
     """
-    assert isinstance(case.what, NamedAssembly)
-    name, assembly = case.what.name, ASSEMBLIES[case.what.name]
-    facts = describe_assembly(assembly, parameters_of(assembly, case.what.parameters))
-    deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained")
+    assembly = ASSEMBLIES[name]
+    facts = describe_assembly(assembly, parameters_of(assembly, {}))
+    deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
     commands = [
         (f"hcsearch assembly {name}", "prints these properties, also of other sizes"),
-        (f"hcsearch motion {subject}", "follows its motion: branches and singular states"),
+        (f"hcsearch motion {name}{option}", "follows its motion: branches and singular states"),
         (
-            f"hcsearch export {subject} --output {name}.glb",
+            f"hcsearch export {name}{option} --output {name}.glb",
             "writes it for other programs, here in three dimensions",
         ),
     ]
@@ -50,7 +49,7 @@ def fetch_assembly_data(case: Case, subject: str) -> LinkageData:
         sentence=lead_sentence(facts, deployed),
         meta=page_meta(case),
         picture=draw_pattern(case.linkage.pattern, assembly.title, standalone=False),
-        motions=_motions(name, case, deployed, subject),
+        motions=_motions(name, case, deployed, option),
         facts=list(fact_rows(facts)),
         commands=commands,
         notes=facts["notes"],
@@ -58,9 +57,9 @@ def fetch_assembly_data(case: Case, subject: str) -> LinkageData:
     )
 
 
-def _motions(name: str, case: Case, deployed: Deployed, subject: str) -> list[ShownMotion]:
+def _motions(name: str, case: Case, deployed: Deployed, option: str) -> list[ShownMotion]:
     """Return the motion by springs; where they do not bring it flat, also the motion that is followed from packed."""
-    motions = [motion_by_springs(name, deployed, f"hcsearch deploy {subject}")]
+    motions = [motion_by_springs(name, deployed, f"hcsearch deploy {name}{option}")]
     if deployed.deployment.outcome == "flat":
         return motions
     linkage, labels = case.linkage, case.labels
@@ -70,13 +69,13 @@ def _motions(name: str, case: Case, deployed: Deployed, subject: str) -> list[Sh
         path = replay_of_motion(LinkageMotion(name, linkage, labels, words, "end", followed))
     except HcsearchError:  # it does not move
         return motions
-    return [*motions, shown_motion("Motion that is followed", path, f"hcsearch motion {subject}")]
+    return [*motions, shown_motion("Motion that is followed", path, f"hcsearch motion {name}{option}")]
 
 
-def write_assembly(case: Case, path: Path | str, subject: str) -> Path:
+def write_assembly(name: str, case: Case, path: Path | str, option: str = "") -> Path:
     """Write the page of an assembly in the scene of a case, and return its path.
 
-    subject : as in `fetch_assembly_data`. OutputError: the file cannot be written.
+    option : as in `fetch_assembly_data`. OutputError: the file cannot be written.
     """
-    write_output(path, render_linkage(fetch_assembly_data(case, subject)))
+    write_output(path, render_linkage(fetch_assembly_data(name, case, option)))
     return Path(path)

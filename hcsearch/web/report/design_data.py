@@ -10,7 +10,6 @@ from typing import cast
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import STATUSES, millimetres, play_sentence
-from hcsearch.cases.case import Case
 from hcsearch.cases.mechanisms import Freedoms, freedoms_of, lock_sentences
 from hcsearch.cases.names import deployment_scene_name, way_option_text
 from hcsearch.cases.replay import Replay
@@ -102,20 +101,6 @@ class DesignData:
     exports: Mapping[int, Sequence[tuple[str, str]]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class AskedScene:
-    """The scene of a page on a design that is not looked up in a database.
-
-    cases : of foldings in it, by crease; others are in the scene `default`. subjects : what commands name for these.
-    """
-
-    scene: Scene = SCENES[DEFAULT_SCENE_NAME]
-    cases: Mapping[int, Case] = field(default_factory=dict)
-    subjects: Mapping[int, str] = field(default_factory=dict)
-
-
-DEFAULT_SCENE = AskedScene()
-
 NOT_JUDGED_REASON = "no stage has judged it in this scene: run `hcsearch enumerate` in the scene, without --until"
 
 
@@ -126,24 +111,22 @@ def fetch_design_data(
     database: Database | None,
     number: int,
     scene: str = DEFAULT_SCENE_NAME,
-    asked: AskedScene = DEFAULT_SCENE,
 ) -> DesignData:
     """Return the data of a design, with its circuit in canonical order, and of some of its foldings in a scene.
 
-    database : from `open_readonly`; if None, motions are planned and simulated in the scene that is asked for.
-    number, scene : id of the design in the database, and name of a scene there. db : name of the database, for lookups
-    by name.
+    database : from `open_readonly`; if None, motions are planned and simulated. number : id of the design in it.
+    db : name of the database, for lookups by name.
     """
-    values = asked.scene if database is None else stored_scene(database, scene)
+    values = SCENES[DEFAULT_SCENE_NAME] if database is None else stored_scene(database, scene)
     panel = panel_of(values, circuit.grid.name)
-    stored = _Known(asked=asked) if database is None else _known(database, number, circuit, scene)
+    stored = _Known() if database is None else _known(database, number, circuit, scene)
     ordered = sorted(foldings, key=lambda folding: (folding.crease != stored.best, folding.crease))
     shown = [_folding(folding, stored, values, db) for folding in ordered]
     if stored.best is None:
         shown.sort(key=lambda folding: _order(folding.status))
     best = shown[0] if shown else None
     if best is not None and best.motions:
-        shown[0] = _with_sheet(best, stored, db)
+        shown[0] = _with_sheet(best, stored, values, db)
     return DesignData(
         title=f"Design {number}" if database is not None else f"Design {circuit.notation}",
         notation=circuit.notation,
@@ -153,7 +136,7 @@ def fetch_design_data(
             ("circuit", circuit.notation),
             ("array", circuit.array.canonical().notation),
             ("panels", f"{circuit.n} of {panel_text(panel)} mm"),
-            ("scene", values.name),
+            ("scene", scene),
             ("density", f"{values.density_of(panel[2]):.4g} kg/m³"),
             ("hcsearch", version("hcsearch")),
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
@@ -176,7 +159,7 @@ def _sentence(circuit: Circuit, panel: PanelSize, best: ShownFolding | None) -> 
 class _Known:
     """The stored results on a design in a scene; the defaults stand for a design that is not stored.
 
-    database_option : the command option that names the database. asked : the scene of a design that is not stored.
+    database_option : the command option that names the database.
     """
 
     number: int = 0
@@ -188,27 +171,13 @@ class _Known:
     motions: Mapping[FoldingKey, str] = field(default_factory=dict)
     deployments: Mapping[FoldingKey, Sequence[ViewRow]] = field(default_factory=dict)
     paths: Mapping[int, Replay] | None = None
-    asked: AskedScene = DEFAULT_SCENE
-
-    def case(self, folding: Folding, db: str, scene: str | None = None) -> Case:
-        """Return a folding in the scene of the page, or in a variant of it in the database."""
-        if self.paths is None and folding.crease in self.asked.cases:
-            return self.asked.cases[folding.crease]
-        return resolve(folding.notation, db, scene=self.scene if scene is None else scene, path=True)
-
-    def subject(self, folding: Folding, scene: str | None = None) -> str:
-        """Return what commands name for this case."""
-        if self.paths is None and folding.crease in self.asked.subjects:
-            return self.asked.subjects[folding.crease]
-        name = self.scene if scene is None else scene
-        return f"{folding.notation}{scene_option_text(name, self.database_option)}"
 
     def path(self, folding: Folding, db: str) -> Replay | None:
         """Return the path of a folding: the stored one, proved or not; a planned one if the design is not stored."""
         if self.paths is not None:
             return self.paths.get(folding.crease)
         try:
-            return replay_case(self.case(folding, db), "path")[0]
+            return replay_case(resolve(folding.notation, db, path=True), "path")[0]
         except HcsearchError:
             return None
 
@@ -246,14 +215,14 @@ def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFo
         freedoms=() if turns else freedoms_of(folding, panel),
         locks=() if turns else lock_sentences(folding, panel),
         motions=motions,
-        bill=_bill(folding, stored, db),
+        bill=_bill(folding, stored, scene, db),
     )
 
 
-def _bill(folding: Folding, stored: _Known, db: str) -> BillOfMaterials | None:
+def _bill(folding: Folding, stored: _Known, scene: Scene, db: str) -> BillOfMaterials | None:
     """Return the parts of a folding in the scene of the page; None where its scene does not suit it."""
     try:
-        return bill_of_case(stored.case(folding, db))
+        return bill_of_case(resolve(folding.notation, db, scene=scene if stored.paths is None else stored.scene))
     except HcsearchError:
         return None
 
@@ -263,15 +232,15 @@ def _order(status: str) -> int:
     return STATUSES.index(status) if status in STATUSES else len(STATUSES)
 
 
-def _with_sheet(shown: ShownFolding, stored: _Known, db: str) -> ShownFolding:
+def _with_sheet(shown: ShownFolding, stored: _Known, scene: Scene, db: str) -> ShownFolding:
     """Return a folding with its flight sheet and its first mode; unchanged where it has no proved motion."""
     notation = shown.folding.notation
     try:
-        moved = travel_of_case(stored.case(shown.folding, db))
+        moved = travel_of_case(resolve(notation, db, scene=scene if stored.paths is None else stored.scene, path=True))
     except HcsearchError:
         return shown
     sheet, modes = review(moved.travel, read_rules("ecss"), title=notation, source=moved.source), modes_of(moved.travel)
-    command = f"hcsearch sheet {stored.subject(shown.folding)}"
+    command = f"hcsearch sheet {notation}{scene_option_text(stored.scene, stored.database_option)}"
     motions = list(shown.motions)
     if modes.deployed_hz is not None:
         payload = payload_of(replay_of_mode(moved.travel.linkage, modes, 0, notation))
@@ -288,7 +257,7 @@ def _shown(motions: Sequence[ShownMotion]) -> str:
 def _motions(
     folding: Folding, stored: _Known, row: ViewRow, deployments: Sequence[ViewRow], db: str
 ) -> list[ShownMotion]:
-    """Return the path of a folding and the motion of its best deployment, or in the scene asked for without one.
+    """Return the path of a folding and the motion of its best deployment, or in `default` if it is not stored.
 
     The motion that gave the folding its status comes first.
     """
@@ -302,7 +271,7 @@ def _motions(
             if verdict is not None and deployed_pairs not in (None, verdict.path_flat_pairs)
             else ""
         )
-        command = f"hcsearch drive {stored.subject(folding)}{option}"
+        command = f"hcsearch drive {folding.notation}{scene_option_text(stored.scene, stored.database_option)}{option}"
         shows = "movable" if path.certified else ""
         play = play_sentence(1e3 * path.margin) if path.certified else None
         source = "; ".join(filter(None, (path.source, play)))
@@ -311,7 +280,7 @@ def _motions(
         return motions
     name = DEFAULT_SCENE_NAME if best is None else deployment_scene_name(best, verdict)
     try:
-        case = stored.case(folding, db, name)
+        case = resolve(folding.notation, db, scene=name)
         deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained")
     except HcsearchError:
         return motions
@@ -321,7 +290,7 @@ def _motions(
         reason, flat_time = str(best["reason"]), cast("float | None", best["deploy_time"])
     replay = replay_of_deployment(deployment, folding.notation, design=True, reason=reason)
     payload = payload_of(replay)
-    command = f"hcsearch deploy {stored.subject(folding, name)}"
+    command = f"hcsearch deploy {folding.notation}{scene_option_text(name, stored.database_option)}"
     needed = None if agreement is None else millimetres(agreement.needed_margin)
     play = play_sentence(needed) if best is None else play_of_row(best)
     source = "; ".join(

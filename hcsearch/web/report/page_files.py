@@ -21,7 +21,7 @@ from hcsearch.system.outputs import write_output
 from hcsearch.web.player import player_script
 from hcsearch.web.player.player_page import as_script, digest_of
 from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch_report_data
-from hcsearch.web.report.design_data import DEFAULT_SCENE, AskedScene, DesignData, ShownFolding, fetch_design_data
+from hcsearch.web.report.design_data import DesignData, ShownFolding, fetch_design_data
 from hcsearch.web.report.plots import curve_swatch
 from hcsearch.web.report.script_data import drawn_crease, first_design, page_data
 from hcsearch.web.report.sheet_page import sheet_cells, sheet_drawings
@@ -231,16 +231,14 @@ def write_design(
     db: str,
     number: int | None = None,
     scene: str = DEFAULT_SCENE_NAME,
-    asked: AskedScene = DEFAULT_SCENE,
 ) -> Path:
     """Write the page of a design, and return its path.
 
-    foldings : the shown foldings. db : name of the database, which is read if the design has a number in it. scene :
-    in the database; asked : of a design without a number.
+    foldings : the shown foldings. db : name of the database, which is read if the design has a number in it.
     OutputError: the file cannot be written. SceneError: the database has no such scene.
     """
     if number is None:
-        data = fetch_design_data(circuit, foldings, db, None, 0, asked=asked)
+        data = fetch_design_data(circuit, foldings, db, None, 0)
     else:
         with open_readonly(db) as database:
             data = fetch_design_data(circuit, foldings, db, database, number, scene)

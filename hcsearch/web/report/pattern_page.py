@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 from hcsearch.cases.case import Case
@@ -23,28 +24,28 @@ from hcsearch.web.report.linkage_page import (
 )
 
 
-def fetch_pattern_data(case: Case, subject: str) -> LinkageData:
+def fetch_pattern_data(case: Case, option: str = "") -> LinkageData:
     """Return the data of a pattern with a packed state.
 
-    case : the pattern in a scene. subject : what commands name: its file, with the options for this scene.
+    case : the pattern in a scene. option : of commands, for this scene and these sizes, with a space before it.
     """
     assert isinstance(case.what, DrawnPattern)
-    name = case.title
+    name, path = case.title, shlex.quote(case.what.path)
     checked = pattern_mobility(name, case.what.packed, case.scene)
     motion = None if checked.locks else plan_linkage_motion(case.linkage, case.scene.margin)
-    deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained")
+    deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
     planned = [] if motion is None else [("planned path", reason_of(motion, joined=False))]
     return LinkageData(
         title=name,
         sentence=lead_sentence(checked.facts(), deployed),
         meta=page_meta(case),
         picture=draw_pattern(case.linkage.pattern, name, standalone=False),
-        motions=_motions(name, case, deployed, motion, subject),
+        motions=_motions(name, case, deployed, motion, f"{path}{option}"),
         facts=[*checked.rows(), *planned],
         commands=[
-            (f"hcsearch check {subject}", "takes it through all stages"),
-            (f"hcsearch motion {subject}", "follows its motion: branches and singular states"),
-            (f"hcsearch export {subject} --output pattern.glb", "writes it for other programs"),
+            (f"hcsearch check {path}{option}", "takes it through all stages"),
+            (f"hcsearch motion {path}{option}", "follows its motion: branches and singular states"),
+            (f"hcsearch export {path}{option} --output pattern.glb", "writes it for other programs"),
         ],
     )
 
@@ -60,10 +61,10 @@ def _motions(
     return [*motions, shown_motion("Planned path", replay, f"hcsearch drive {subject}")]
 
 
-def write_pattern(case: Case, path: Path | str, subject: str) -> Path:
+def write_pattern(case: Case, path: Path | str, option: str = "") -> Path:
     """Write the page of a pattern in the scene of a case, and return its path.
 
-    subject : as in `fetch_pattern_data`. OutputError: the file cannot be written.
+    option : as in `fetch_pattern_data`. OutputError: the file cannot be written.
     """
-    write_output(path, render_linkage(fetch_pattern_data(case, subject)))
+    write_output(path, render_linkage(fetch_pattern_data(case, option)))
     return Path(path)
