@@ -110,9 +110,7 @@ def show(
     check_kinds(show, locals())
     if isinstance(design, str) and (design in ASSEMBLIES or design.endswith(".toml")):
         if design in ASSEMBLIES and (scene or panel):
-            raise HcsearchError(
-                "the properties of an assembly depend on no scene: ask for a page (--html), or leave it out"
-            )
+            raise HcsearchError("the properties of an assembly depend on no scene: add --html, or leave the scene out")
         design = _resolved(design, db, scene, panel)
     if not isinstance(design, str | Circuit | Folding):
         return _of_case(design)
@@ -159,7 +157,7 @@ def show_page(
         place = Path(path or f"reports/{kind}-{Path(design).name}.html")
         check_output(str(place))
         _refuse_source(place, design)
-        return _case_page(_resolved(design, db, scene, panel), place, f"{shlex.quote(design)}{option}")
+        return _case_page(_resolved(design, db, scene, panel), place, db, f"{shlex.quote(design)}{option}")
     name, crease = _split(design)
     given = name if crease is None else f"{name}:{crease}"
     place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
@@ -217,9 +215,10 @@ def _refuse_source(place: Path, source: str) -> None:
         raise OutputError(f"{place} is the file that is shown: write the page to another one")
 
 
-def _case_page(case: Case, place: Path, subject: str) -> Path:
+def _case_page(case: Case, place: Path, db: Place | None, subject: str) -> Path:
     """Write the page of a case; subject : how commands name it, with its options."""
-    from hcsearch.web.report.assembly_page import write_assembly  # noqa: PLC0415 - texts do without pages
+    from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
+    from hcsearch.web.report.assembly_page import write_assembly  # noqa: PLC0415
     from hcsearch.web.report.design_data import ComputedFolding  # noqa: PLC0415
     from hcsearch.web.report.page_files import write_computed_design, write_design  # noqa: PLC0415
     from hcsearch.web.report.pattern_page import write_pattern  # noqa: PLC0415
@@ -233,7 +232,7 @@ def _case_page(case: Case, place: Path, subject: str) -> Path:
     if stored is None or stored.verdict is None or case.drive is not None or case.formulation is not None:
         return write_computed_design(circuit, [ComputedFolding(case, subject)], case.scene, place)
     number, scene = stored.number, stored.scene
-    return write_design(circuit, [case.folding], place, db=stored.location, number=number, scene=scene)
+    return write_design(circuit, [case.folding], place, db=database_location(db), number=number, scene=scene)
 
 
 def _of_case(case: Case) -> ShownDesign | ShownAssembly | CheckedPattern:
@@ -272,8 +271,8 @@ def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:
     name = design if isinstance(design, str) else design.notation
     if not name[:1].isdigit() and ":" not in name:
         raise HcsearchError(
-            f"{name!r} is no design: give an id, the notation of a circuit such as hex:0234550132, a file .fold, .urdf "
-            "or .xml, or the name of an assembly (`hcsearch assembly list`)"
+            f"{name!r} is no design: give an id, the notation of a circuit such as hex:0234550132, a file .toml, "
+            ".fold, .urdf or .xml, or the name of an assembly (`hcsearch assembly list`)"
         )
     return split_crease(name)
 

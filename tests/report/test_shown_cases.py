@@ -7,6 +7,7 @@ from click.testing import CliRunner
 
 from hcsearch import deploy, describe, save, show, show_page
 from hcsearch.basics.errors import HcsearchError, OutputError
+from hcsearch.cli.drive import drive as drive_command
 from hcsearch.cli.show import show as show_command
 from tests.export.test_any_panels import strip, written
 from tests.report.pages import Page
@@ -65,3 +66,13 @@ def test_no_page_overwrites_its_case_or_pattern(folder):
             show_page(str(folder / "pattern.toml"), folder / name)
     with pytest.raises(HcsearchError, match=r"lost\.toml"):
         show(str(folder / "lost.toml"))
+
+
+def test_what_drives_open_is_not_said_to_be_opened_by_springs(folder):
+    case = str(folder / "driven.toml")
+    driven = CliRunner().invoke(drive_command, [str(folder / "strip.fold"), "--output", case], catch_exceptions=False)
+    assert driven.exit_code == 0
+    texts = _texts(show_page(case, folder / "driven.html"))
+    assert any("Its drives open it in " in text for text in texts)
+    assert {"Motion by drives", f"hcsearch deploy {case}"} <= texts
+    assert not any("Springs alone" in text or text.startswith(("hcsearch drive", "hcsearch check")) for text in texts)

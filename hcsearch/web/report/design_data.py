@@ -45,8 +45,9 @@ from hcsearch.web.report.templating import database_option_text, scene_option_te
 class ShownMotion:
     """A motion that the page plays and plots; `command` reproduces it.
 
-    shows : the status of the folding that the motion proves: `movable`, `deploys`, or empty for none.
-    flat_time : s until it is flat by springs, in the digits on which tolerances agree; None without agreement.
+    shows : the status of the folding that the motion proves: `movable`, `deploys`, `driven` by the drives of its case,
+    or empty for none. flat_time : s until it is flat by springs or drives, in the digits on which tolerances agree;
+    None without agreement.
     """
 
     title: str
@@ -164,7 +165,7 @@ def fetch_computed_data(circuit: Circuit, computed: Sequence[ComputedFolding], s
 def _design_data(
     title: str, circuit: Circuit, shown: Sequence[ShownFolding], scene: Scene, scene_name: str
 ) -> DesignData:
-    """Return the data of a design that is not stored; shown : its foldings, the best one first."""
+    """Return the data of a design without its stored results; shown : its foldings, the best one first."""
     panel, array = panel_of(scene, circuit.grid.name), circuit.array.canonical().notation
     return DesignData(
         title=title,
@@ -246,7 +247,7 @@ def _computed_folding(computed: ComputedFolding) -> ShownFolding:
     turns = twist(folding)
     motions = [] if turns else _computed_motions(computed)
     proved = {motion.shows for motion in motions}
-    status = next((status for status in ("deploys", "movable") if status in proved), "not_judged")
+    status = next((status for status in ("deploys", "driven", "movable") if status in proved), "not_judged")
     shown = _shown_folding(folding, case.panel, case.scene, motions, status)
     bill = None
     with suppress(HcsearchError):  # its scene does not suit a bill
@@ -309,7 +310,7 @@ def _computed_motions(computed: ComputedFolding) -> list[ShownMotion]:
             f"hcsearch deploy {subject}",
             play_sentence(millimetres(deployed.needed_margin)),
         ),
-        shows="deploys" if opens else "",
+        shows="" if not opens else "deploys" if case.drive is None else "driven",
         flat_time=deployed.flat_time,
     )
     motions.insert(0 if opens else len(motions), motion)
@@ -365,4 +366,10 @@ def _springs_motion(replay: Replay, deployment: Deployment, command: str, play: 
     """Return a deployment for the page; play : the sentence on the play that it needs."""
     collisions = (mark.text for mark in marks_of_motion(replay) if mark.is_collision)
     payload, source = payload_of(replay), "; ".join(filter(None, (replay.source, *collisions, play)))
-    return ShownMotion("Motion by springs", source, command, payload, plots_of(replay, payload, deployment))
+    title = spring_motion_title(deployment)
+    return ShownMotion(title, source, command, payload, plots_of(replay, payload, deployment))
+
+
+def spring_motion_title(deployment: Deployment) -> str:
+    """Return the title of a deployment on a page."""
+    return "Motion by springs" if deployment.driven is None else "Motion by drives"

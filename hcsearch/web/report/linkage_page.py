@@ -15,7 +15,8 @@ from hcsearch.cases.replay_sources import replay_of_deployment
 from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.web.player import payload_of, player_script
 from hcsearch.web.player.player_page import as_script, digest_of
-from hcsearch.web.report.design_data import ShownMotion
+from hcsearch.web.report.design_data import ShownMotion, spring_motion_title
+from hcsearch.web.report.lead_sentences import opened_sentence
 from hcsearch.web.report.motion_plots import plots_of
 from hcsearch.web.report.plots import curve_swatch
 from hcsearch.web.report.templating import joined_script, page_style, template_environment
@@ -71,7 +72,7 @@ def page_meta(case: Case) -> list[tuple[str, str]]:
 
 
 def lead_sentence(facts: Mapping[str, object], deployed: Deployed) -> str:
-    """Return what a linkage is, and what springs do with it.
+    """Return what a linkage is, and what springs or drives do with it.
 
     facts : its panels, hinges, dof and kutzbach.
     """
@@ -79,16 +80,17 @@ def lead_sentence(facts: Mapping[str, object], deployed: Deployed) -> str:
     freedom = "an undecided number of degrees" if dof is None else f"{dof} degree{'' if dof == 1 else 's'}"
     kutzbach = f"Kutzbach's formula gives {facts['kutzbach']}"
     parts = f"{facts['panels']} panels and {facts['hinges']} hinges with {freedom} of freedom, where {kutzbach}."
+    driven = deployed.deployment.driven is not None
     if deployed.verdict == "deploys":
-        time = "" if deployed.flat_time is None else f" in {deployed.flat_time:.3g} s"
-        return f"{parts} Springs alone open it{time}, and its panels are certified not to collide."
-    return f"{parts} Springs in the scene {deployed.deployment.compiled.setup.name}: {deployed.reason}."
+        return f"{parts} {opened_sentence(deployed.flat_time, driven=driven)}"
+    scene = deployed.deployment.compiled.setup.name
+    return f"{parts} {'Drives' if driven else 'Springs'} in the scene {scene}: {deployed.reason}."
 
 
 def motion_by_springs(name: str, deployed: Deployed, command: str) -> ShownMotion:
-    """Return the motion by springs for a page."""
+    """Return the motion by springs, and drives if there are any, for a page."""
     replay = replay_of_deployment(deployed.deployment, name, reason=deployed.reason)
-    return shown_motion("Motion by springs", replay, command, deployed)
+    return shown_motion(spring_motion_title(deployed.deployment), replay, command, deployed)
 
 
 def shown_motion(title: str, replay: Replay, command: str, deployed: Deployed | None = None) -> ShownMotion:
