@@ -342,8 +342,6 @@ def test_show_writes_a_page_of_a_design(run, tmp_path):
     assert run("show", "hex:0233534001:2", "--html", "--output", "page.html").stdout == "page.html\n"
     told = run("show", "hex:0233534001", "--output", "page.html", code=2).stderr
     assert told.strip() == "hcsearch: --output applies to a page: add --html"
-    told = run("show", "hex:0233534001", "--html", "--scene", "earth", code=2).stderr
-    assert "name the design by its id" in told
     assert "is a database" in run("show", "hex:0233534001", "--html", "--output", "d.sqlite", code=2).stderr
 
 

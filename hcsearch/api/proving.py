@@ -38,6 +38,7 @@ def prove(
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
+    progress: certifying.ProofProgress | None = None,
 ) -> Certificate:
     """Write a certificate that a folding or a pattern can be opened, or that no motion opens it, as `hcsearch prove`.
 
@@ -48,7 +49,10 @@ def prove(
     path
         The file .json to write.
     budget
-        Greatest number of efforts of the search for a path or a lock.
+        Greatest number of efforts of the search for a path or a lock. From the third on each may
+        take minutes, and longer than the one before.
+    progress
+        Called with the numbers of efforts on a pattern that are done and of all, and their name.
 
     Returns
     -------
@@ -58,14 +62,15 @@ def prove(
     Raises
     ------
     HcsearchError
-        If neither is proved, and for a pattern that lies on no lattice of a tiling.
+        If neither is proved, and for a pattern that lies on no lattice of a tiling, or whose path cannot be proved
+        since the equations of its loops depend on each other.
     """
     check_kinds(prove, locals())
     check_output(str(path), _ENDINGS)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs)
     if isinstance(case.what, DrawnPattern):
         case.check_moved()
-        data, sentences = certifying.prove_pattern(case.linkage, case.title, case.scene.margin, budget)
+        data, sentences = certifying.prove_pattern(case.linkage, case.title, case.scene.margin, budget, progress)
     else:
         data, sentences = certifying.prove_folding(case.to_move(), case.panel, case.allowed, case.scene.margin, budget)
     write_output(str(path), json.dumps(data, separators=(",", ":")) + "\n", _ENDINGS)

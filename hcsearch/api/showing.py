@@ -1,4 +1,4 @@
-"""Show a design: its circuit, its foldings, and the results on them in a database; or a pattern of a file."""
+"""Show a design: its circuit, its foldings, and the results on them in a database; or an assembly, or a pattern."""
 
 from __future__ import annotations
 
@@ -10,14 +10,18 @@ from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, OutputError
+from hcsearch.cases.case import NamedAssembly
 from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
-from hcsearch.cases.pattern_files import DrawnDesign, is_pattern_file, read_pattern_file
+from hcsearch.cases.names import parameters_of
+from hcsearch.cases.pattern_files import DrawnDesign, DrawnPattern, is_pattern_file, read_pattern_file
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, no_folding_reason, split_crease
-from hcsearch.designs.panel_sizes import PanelSize, default_panel, panel_text
+from hcsearch.designs.panel_sizes import PanelSize, default_panel
 from hcsearch.designs.twisting import twist
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
+from hcsearch.library.assemblies.description import AssemblyFacts, describe_assembly
+from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
+from hcsearch.scenes import Scene, panel_of
 from hcsearch.system.outputs import check_output
 
 if TYPE_CHECKING:
@@ -58,29 +62,44 @@ class ShownDesign:
             yield from self.stored.motions(folding)
 
 
+@dataclass(frozen=True)
+class ShownAssembly:
+    """An assembly of the thesis; facts : its properties, as of `describe`."""
+
+    name: str
+    facts: AssemblyFacts
+
+    def rows(self) -> Iterator[tuple[str, str]]:
+        """The name and the value of each property, then the values that the thesis states."""
+        yield from fact_rows(self.facts)
+        for label, text, verdict in published_rows(self.facts):
+            yield "the thesis", f"{label} {text}: {verdict}"
+
+
 def show(
     design: str | Circuit | Folding | Case,
     *,
     db: Place | None = None,
     scene: str | None = None,
     panel: str | None = None,
-) -> ShownDesign | CheckedPattern:
-    """Look up a design and its foldings, or a pattern of a file, as `hcsearch show` prints them.
+) -> ShownDesign | ShownAssembly | CheckedPattern:
+    """Look up a design and its foldings, an assembly, or a pattern of a file, as `hcsearch show` prints them.
 
     Parameters
     ----------
     design
         Its id in the database, the notation of its circuit, which needs no database, DESIGN:CREASE for one of its
-        foldings, a file `.fold`, `.urdf`, `.xml` or `.mjcf`, or a case, which is shown in its scene.
+        foldings, the name of an assembly, a file `.fold`, `.urdf`, `.xml` or `.mjcf`, or a case or a file `NAME.toml`
+        that names one of these, which is shown in its scene.
     db, scene, panel
         As in `deploy`. Where a scene or panels are given, the paths and deployments are those in this scene; else in
         all.
 
     Returns
     -------
-    ShownDesign or CheckedPattern
-        The design, and its foldings with their results; of a file that draws no design of a grid, the degrees of
-        freedom and the locks.
+    ShownDesign, ShownAssembly or CheckedPattern
+        The design, and its foldings with their results; the properties of an assembly; of a file that draws no design
+        of a grid, the degrees of freedom and the locks.
 
     Examples
     --------
@@ -89,6 +108,10 @@ def show(
     [3, 4]
     """
     check_kinds(show, locals())
+    if isinstance(design, str) and (design in ASSEMBLIES or design.endswith(".toml")):
+        if design in ASSEMBLIES and (scene or panel):
+            raise HcsearchError("the properties of an assembly depend on no scene: add --html, or leave the scene out")
+        design = _resolved(design, db, scene, panel)
     if not isinstance(design, str | Circuit | Folding):
         return _of_case(design)
     if isinstance(design, str) and is_pattern_file(design):
@@ -100,9 +123,7 @@ def show(
     circuit = Circuit.from_notation(name).canonical()
     size = default_panel(circuit.grid.name)
     if scene or panel:
-        from hcsearch.cases.resolve import resolve_scene  # noqa: PLC0415 - a circuit alone needs no database
-
-        size = panel_of(resolve_scene(circuit.grid.name, db, scene=scene, panel=panel), circuit.grid.name)
+        size = panel_of(_scene_of_circuit(circuit, db, scene, panel), circuit.grid.name)
     return ShownDesign(circuit, _chosen(circuit, crease), size)
 
 
@@ -119,51 +140,59 @@ def show_page(
     Parameters
     ----------
     design, db, scene, panel
-        As in `show`, or the name of an assembly; a circuit is shown in the scene `default`.
+        As in `show`, but not a case.
     path
-        The file to write, by default reports/design-DESIGN.html, reports/assembly-NAME.html or
-        reports/pattern-FILE.html.
+        The file to write, by default reports/design-DESIGN.html, reports/assembly-NAME.html,
+        reports/pattern-FILE.html or, of a file `NAME.toml`, reports/case-FILE.html.
 
     Returns
     -------
     Path
         The page.
     """
+    check_kinds(show_page, locals())
+    options = [("--scene", scene), ("--panel", panel)]
+    option = "".join(f" {key} {shlex.quote(value)}" for key, value in options if value)
+    if isinstance(design, str) and (kind := _kind_of_case(design)):
+        place = Path(path or f"reports/{kind}-{Path(design).name}.html")
+        check_output(str(place))
+        _refuse_source(place, design)
+        return _case_page(_resolved(design, db, scene, panel), place, db, f"{shlex.quote(design)}{option}")
+    name, crease = _split(design)
+    given = name if crease is None else f"{name}:{crease}"
+    place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
+    if ":" in name:
+        return _circuit_page(name, crease, place, db, scene=scene, panel=panel, option=option)
     from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
     from hcsearch.cases.stored_designs import stored_circuit_in_scene  # noqa: PLC0415
     from hcsearch.web.report.page_files import write_design  # noqa: PLC0415
 
-    check_kinds(show_page, locals())
-    if isinstance(design, str) and design in ASSEMBLIES:
-        return _assembly_page(design, path, db, scene=scene, panel=panel)
-    if isinstance(design, str) and is_pattern_file(design):
-        return _file_page(design, path, db, scene=scene, panel=panel)
-    name, crease = _split(design)
-    given = name if crease is None else f"{name}:{crease}"
-    place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
-    number, scene_name = None, DEFAULT_SCENE_NAME
-    if ":" in name:
-        circuit = Circuit.from_notation(name).canonical()
-        if scene or panel:
-            raise HcsearchError("a circuit is shown in the scene default: name the design by its id in a database")
-    else:
-        number, circuit, scene_name = stored_circuit_in_scene(name, db, scene=scene, panel=panel)
+    number, circuit, scene_name = stored_circuit_in_scene(name, db, scene=scene, panel=panel)
     check_output(str(place))
-    location = database_location(db)
-    return write_design(circuit, _chosen(circuit, crease), place, db=location, number=number, scene=scene_name)
+    chosen = _chosen(circuit, crease)
+    return write_design(circuit, chosen, place, db=database_location(db), number=number, scene=scene_name)
 
 
-def _assembly_page(
-    name: str, path: str | Path | None, db: Place | None, *, scene: str | None, panel: str | None
+def _circuit_page(
+    name: str, crease: int | None, place: Path, db: Place | None, *, scene: str | None, panel: str | None, option: str
 ) -> Path:
-    """Write the page of an assembly."""
-    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - texts do without pages and their engine
-    from hcsearch.web.report.assembly_page import write_assembly  # noqa: PLC0415
+    """Write the page of a circuit, whose foldings are planned and simulated; option : of commands, for the scene."""
+    from hcsearch.web.report.design_data import ComputedFolding  # noqa: PLC0415 - texts do without pages
+    from hcsearch.web.report.page_files import write_computed_design  # noqa: PLC0415
 
-    place = Path(path or f"reports/assembly-{name}.html")
+    circuit = Circuit.from_notation(name).canonical()
+    chosen, values = _chosen(circuit, crease), _scene_of_circuit(circuit, db, scene, panel)
     check_output(str(place))
-    case = resolve(name, db, scene=scene, panel=panel)
-    return write_assembly(name, case, place, "" if scene is None else f" --scene {shlex.quote(scene)}")
+    cases = [_resolved(folding.notation, db, scene, panel) for folding in chosen]
+    computed = [ComputedFolding(case, f"{case.name}{option}") for case in cases]
+    return write_computed_design(circuit, computed, values, place)
+
+
+def _kind_of_case(name: str) -> str:
+    """The kind of what a name denotes with one page for one case; empty for a design."""
+    if name in ASSEMBLIES:
+        return "assembly"
+    return "pattern" if is_pattern_file(name) else "case" if name.endswith(".toml") else ""
 
 
 def _of_file(path: str, db: Place | None, scene: str | None, panel: str | None) -> ShownDesign | CheckedPattern:
@@ -180,39 +209,59 @@ def _of_file(path: str, db: Place | None, scene: str | None, panel: str | None) 
     return pattern_mobility(path, drawn.packed, Scene())
 
 
-def _file_page(name: str, path: str | Path | None, db: Place | None, *, scene: str | None, panel: str | None) -> Path:
-    """Write the page of the folding or the pattern that a file draws."""
-    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - texts do without pages and their engine
+def _refuse_source(place: Path, source: str) -> None:
+    """Refuse to write a page to the file that it shows."""
+    if place.exists() and Path(source).exists() and place.samefile(source):
+        raise OutputError(f"{place} is the file that is shown: write the page to another one")
+
+
+def _case_page(case: Case, place: Path, db: Place | None, subject: str) -> Path:
+    """Write the page of a case; subject : how commands name it, with its options."""
+    from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
+    from hcsearch.web.report.assembly_page import write_assembly  # noqa: PLC0415
+    from hcsearch.web.report.design_data import ComputedFolding  # noqa: PLC0415
+    from hcsearch.web.report.page_files import write_computed_design, write_design  # noqa: PLC0415
     from hcsearch.web.report.pattern_page import write_pattern  # noqa: PLC0415
 
-    place = Path(path or f"reports/pattern-{Path(name).name}.html")
-    check_output(str(place))
-    if place.exists() and place.samefile(name):
-        raise OutputError(f"{place} is the file with the pattern: write the page to another one")
-    case = resolve(name, db, scene=scene, panel=panel)
-    if case.folding is not None:
-        if case.panel != default_panel(case.folding.circuit.grid.name):
-            raise HcsearchError(
-                f"{name} draws {case.folding.notation} with panels of {panel_text(case.panel)} mm, and the page of a "
-                "folding that no database holds shows default panels: enumerate it in a scene with these panels and "
-                "name its id, or see hcsearch check"
-            )
-        return show_page(case.folding, place, db=db, scene=scene, panel=panel)
-    options = [("--scene", scene), ("--panel", panel)]
-    return write_pattern(case, place, "".join(f" {key} {shlex.quote(value)}" for key, value in options if value))
-
-
-def _of_case(case: Case) -> ShownDesign:
-    """The folding of a case, with its panels and the results in its scene."""
     if case.folding is None:
-        raise HcsearchError(
-            f"{case.title} is no design: see hcsearch assembly, or name a circuit such as hex:0234550132"
-        )
+        if not isinstance(case.what, DrawnPattern):
+            return write_assembly(case, place, subject)
+        _refuse_source(place, case.what.path)
+        return write_pattern(case, place, subject)
+    stored, circuit = case.stored, case.folding.circuit
+    if stored is None or stored.verdict is None or case.drive is not None or case.formulation is not None:
+        return write_computed_design(circuit, [ComputedFolding(case, subject)], case.scene, place)
+    number, scene = stored.number, stored.scene
+    return write_design(circuit, [case.folding], place, db=database_location(db), number=number, scene=scene)
+
+
+def _of_case(case: Case) -> ShownDesign | ShownAssembly | CheckedPattern:
+    """The folding of a case, with its panels and the results in its scene, or its assembly or pattern."""
+    if isinstance(case.what, NamedAssembly):
+        assembly = ASSEMBLIES[case.what.name]
+        return ShownAssembly(assembly.name, describe_assembly(assembly, parameters_of(assembly, case.what.parameters)))
+    if isinstance(case.what, DrawnPattern):
+        from hcsearch.search.own_patterns.checked_patterns import pattern_mobility  # noqa: PLC0415 - few are patterns
+
+        return pattern_mobility(case.title, case.what.packed, case.scene)
+    if case.folding is None:
+        raise HcsearchError(f"{case.title} is no design: name a circuit such as hex:0234550132, or an assembly")
     folding, stored = Folding.from_notation(case.folding.notation), None
-    if case.stored is not None:
-        scene = None if case.stored.verdict is None else case.stored.scene
-        stored = _stored(str(case.stored.number), case.stored.location, scene, None)
+    if case.stored is not None and case.stored.verdict is not None:
+        stored = _stored(str(case.stored.number), case.stored.location, case.stored.scene, None)
     return ShownDesign(folding.circuit, [folding], case.panel, stored)
+
+
+def _resolved(name: str, db: Place | None, scene: str | None, panel: str | None) -> Case:
+    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - a circuit alone needs no database
+
+    return resolve(name, db, scene=scene, panel=panel)
+
+
+def _scene_of_circuit(circuit: Circuit, db: Place | None, scene: str | None, panel: str | None) -> Scene:
+    from hcsearch.cases.resolve import resolve_scene  # noqa: PLC0415 - a circuit alone needs no database
+
+    return resolve_scene(circuit.grid.name, db, scene=scene, panel=panel)
 
 
 def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:
@@ -221,11 +270,9 @@ def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:
         return design.notation, None
     name = design if isinstance(design, str) else design.notation
     if not name[:1].isdigit() and ":" not in name:
-        if name in ASSEMBLIES:
-            raise HcsearchError(f"{name} is an assembly: see hcsearch assembly {name}")
         raise HcsearchError(
-            f"{name!r} is no design: give an id, the notation of a circuit such as hex:0234550132, a file .fold, .urdf "
-            "or .xml, or the name of an assembly (`hcsearch assembly list`)"
+            f"{name!r} is no design: give an id, the notation of a circuit such as hex:0234550132, a file .toml, "
+            ".fold, .urdf or .xml, or the name of an assembly (`hcsearch assembly list`)"
         )
     return split_crease(name)
 

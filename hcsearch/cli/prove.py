@@ -24,7 +24,8 @@ from hcsearch.cli.progress import ProgressMeter
     "--budget",
     type=click.IntRange(1, 50),
     metavar="EFFORTS",
-    help="How many efforts the search for a path or a lock may make.  [default: 5]",
+    help="How many efforts the search for a path or a lock may make; from the third on, each may take minutes, and "
+    "longer than the one before.  [default: 5]",
 )
 def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     """Write a certificate that a folding, or a pattern on a grid's lattice, can be opened, or that no motion opens it.
@@ -40,7 +41,7 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     with ProgressMeter("step") as meter:
         meter(0, 1, "proof")
         arguments = case_options(options) | ({} if budget is None else {"budget": budget})
-        certificate = proving.prove(name, output, **arguments)
+        certificate = proving.prove(name, output, progress=meter, **arguments)
     for sentence in certificate.sentences:
         click.echo(sentence)
     click.echo(output)

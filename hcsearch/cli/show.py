@@ -25,17 +25,18 @@ if TYPE_CHECKING:
         "hcsearch show 17 --html --output design.html",
         "hcsearch show unit-ii --html",
         "hcsearch show strip.fold --html",
+        "hcsearch show springs.toml --html",
     )
 )
-@click.argument("design", metavar="DESIGN[:CREASE]|ASSEMBLY|FILE.fold")
+@click.argument("design", metavar="DESIGN[:CREASE]|ASSEMBLY|FILE.toml|FILE.fold")
 @database_option
 @scene_options
 @click.option("--html", "as_html", is_flag=True, help="Write a page with all results, plots, and motions to play.")
 @click.option(
     "--output",
     metavar="FILE",
-    help="The file of the page.  [default: reports/design-DESIGN.html, reports/assembly-ASSEMBLY.html or "
-    "reports/pattern-FILE.html]",
+    help="The file of the page.  [default: reports/design-DESIGN.html, reports/assembly-ASSEMBLY.html, "
+    "reports/pattern-FILE.html or, of a file .toml, reports/case-FILE.html]",
 )
 def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bool, output: str | None) -> None:
     """Print a design and its foldings, an assembly of the thesis or a pattern of your own, or write a page.
@@ -51,22 +52,16 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
     For an assembly, the command prints its properties like `hcsearch assembly`, and the page plays its motion by
     springs. For a pattern of panels, FILE.fold, or a model .urdf, .xml or .mjcf, it prints the degrees of freedom and
     the locks, and the page also plays the planned path; a file that draws a design stands for it.
+
+    FILE.toml is a scene that names a folding, an assembly or a pattern, as `hcsearch tune` and `hcsearch drive` write
+    it. The command shows what it names, with these sizes, and the page plays its motion with these springs or drives.
     """
     if output and not as_html:
         raise HcsearchError("--output applies to a page: add --html")
     from hcsearch.api import showing
-    from hcsearch.library.assemblies import ASSEMBLIES
 
     if as_html:
         click.echo(printable(str(showing.show_page(design, output, db=db, scene=scene, panel=panel))))
-        return
-    if design in ASSEMBLIES:
-        if scene or panel:
-            raise HcsearchError("the properties of an assembly depend on no scene: add --html, or leave the scene out")
-        from hcsearch.api import describing
-        from hcsearch.cli.assembly import print_facts
-
-        print_facts(describing.describe(design))
         return
     shown = showing.show(design, db=db, scene=scene, panel=panel)
     if not isinstance(shown, showing.ShownDesign):

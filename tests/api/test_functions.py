@@ -12,6 +12,7 @@ from hcsearch import (
     Folding,
     check,
     deploy,
+    describe,
     enumerate_into,
     open_database,
     open_readonly,
@@ -87,9 +88,9 @@ def test_a_case_is_shown_and_checked_as_its_name_is():
     alone = resolve("hex:0234550132:3")
     assert show(alone).stored is None
     assert [folding.crease for folding in show(alone).foldings] == [3]
-    for call in (show, check):
-        with pytest.raises(HcsearchError, match="thesis-4x4 is no"):
-            call(resolve("thesis-4x4"))
+    assert show(resolve("thesis-4x4")).facts == show("thesis-4x4").facts == describe("thesis-4x4")
+    with pytest.raises(HcsearchError, match="thesis-4x4 is no"):
+        check(resolve("thesis-4x4"))
 
 
 def test_circuits_with_several_foldings_have_to_be_told_which():

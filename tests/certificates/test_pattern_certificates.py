@@ -5,6 +5,7 @@ import re
 
 import pytest
 
+from hcsearch import save
 from hcsearch.api.proving import prove, verify
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.certificates import certifying, path_checker
@@ -43,6 +44,21 @@ def test_the_certificate_of_a_pattern_holds_and_one_that_is_changed_does_not(tmp
 def test_a_pattern_off_every_lattice_has_no_certificate(tmp_path):
     with pytest.raises(HcsearchError, match="on the lattice of a tiling, and this pattern is on none"):
         prove(written(tmp_path, strip([2.0, 1.5], "M")), tmp_path / "path.json", db="none.sqlite")
+    assert not (tmp_path / "path.json").exists()
+
+
+def test_a_path_with_dependent_equations_is_refused_after_the_first_effort(tmp_path):
+    (module,) = save("module-i", tmp_path / "m.fold", db="none.sqlite")
+    efforts = []
+    with pytest.raises(HcsearchError, match="24 equations close the loops, of which 18 are independent along it"):
+        prove(
+            str(module),
+            tmp_path / "path.json",
+            panel="70x10",
+            db="none.sqlite",
+            progress=lambda done, total, _: efforts.append((done, total)),
+        )
+    assert efforts == [(0, certifying.DEFAULT_PROOF_BUDGET)]
     assert not (tmp_path / "path.json").exists()
 
 

@@ -4,6 +4,9 @@ import json
 import re
 from html.parser import HTMLParser
 
+from hcsearch.cases.resolve import resolve
+from hcsearch.web.report.design_data import ComputedFolding, fetch_computed_data
+
 VOID = {"meta", "input", "path", "circle"}
 
 
@@ -55,3 +58,9 @@ def unpacked(column, count: int) -> list:
 
 def column(data: dict, table: str, name: str) -> list:
     return unpacked(data[table][name], data["count" if table == "designs" else "folding_count"])
+
+
+def computed_data(folding):
+    """The data of a page on one folding that no database holds."""
+    case = resolve(folding, "none.sqlite")
+    return fetch_computed_data(folding.circuit, [ComputedFolding(case, folding.notation)], case.scene)

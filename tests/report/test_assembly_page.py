@@ -26,7 +26,7 @@ UNIT = "unit-ii"
 
 @pytest.fixture(scope="module")
 def data():
-    return fetch_assembly_data(UNIT, resolve(UNIT, "none.sqlite"))
+    return fetch_assembly_data(resolve(UNIT, "none.sqlite"), UNIT)
 
 
 def test_the_page_of_an_assembly_plays_its_motion_and_holds_its_properties(data):
@@ -49,7 +49,7 @@ def test_the_page_of_an_assembly_plays_its_motion_and_holds_its_properties(data)
 
 
 def test_where_springs_do_not_open_an_assembly_its_motion_is_followed():
-    data = fetch_assembly_data("array-6r", resolve("array-6r", "none.sqlite"), " --scene x.toml")
+    data = fetch_assembly_data(resolve("array-6r", "none.sqlite"), "array-6r --scene x.toml")
     springs, followed = data.motions
     assert "Springs alone open it" not in data.sentence
     assert (springs.command, followed.command) == (

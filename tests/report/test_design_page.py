@@ -13,13 +13,14 @@ from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.records import Trial
+from hcsearch.scenes import Scene
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.store import open_database, open_readonly, select
 from hcsearch.web.report.design_data import fetch_design_data
 from hcsearch.web.report.lead_sentences import design_sentence
-from hcsearch.web.report.page_files import render_design, write_design
+from hcsearch.web.report.page_files import render_design, write_computed_design
 from tests.judging import WORK, judge
-from tests.report.pages import Page, data_of
+from tests.report.pages import Page, computed_data, data_of
 
 FOLDING = Folding.from_notation("hex:0234550132:4")
 
@@ -27,7 +28,7 @@ FOLDING = Folding.from_notation("hex:0234550132:4")
 @pytest.fixture(scope="module")
 def computed():
     """A folding that no database holds: its motions are planned and simulated."""
-    return fetch_design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0)
+    return computed_data(FOLDING)
 
 
 @pytest.fixture
@@ -135,13 +136,13 @@ def test_verdicts_are_those_of_a_scene(stored):
 
 
 def test_a_design_without_foldings_has_a_page(tmp_path):
-    path = write_design(Circuit.from_notation("hex:024"), [], tmp_path / "none.html", db="none.sqlite")
+    path = write_computed_design(Circuit.from_notation("hex:024"), [], Scene(), tmp_path / "none.html")
     text = path.read_text(encoding="utf-8")
     assert "there is no folding into two stacks" in text
     assert text.count('<path class="hinge"') == 1
     assert data_of(text) == []
     with pytest.raises(OutputError, match="there is no folder"):
-        write_design(Circuit.from_notation("hex:024"), [], tmp_path / "new" / "none.html", db="none.sqlite")
+        write_computed_design(Circuit.from_notation("hex:024"), [], Scene(), tmp_path / "new" / "none.html")
 
 
 def test_hostile_text_stays_text(computed):
@@ -159,7 +160,7 @@ def test_hostile_text_stays_text(computed):
 @pytest.mark.parametrize("grid", GRIDS)
 def test_a_page_draws_a_circuit_of_any_grid_with_smaller_numbers_on_triangles(grid, tmp_path):
     circuit = next(iter(enumerate_circuits(grid, n=12)))
-    path = write_design(circuit, [], tmp_path / "page.html", db="none.sqlite")
+    path = write_computed_design(circuit, [], Scene(), tmp_path / "page.html")
     page = Page(path.read_text(encoding="utf-8"))
     assert len(page.with_class("picture")) == 1
     assert bool(page.with_class("triangles")) == (GRIDS[grid].edges_per_cell == 3)

@@ -6,10 +6,10 @@ import pytest
 
 from hcsearch.designs.folding import Folding
 from hcsearch.web.player import payload_of
-from hcsearch.web.report.design_data import fetch_design_data
 from hcsearch.web.report.page_files import render_design, render_report
 from tests.player.browser import TWO_FRAMES, chromium
 from tests.player.motions import replay_of
+from tests.report.pages import computed_data
 
 pytestmark = pytest.mark.extra
 
@@ -63,7 +63,7 @@ def test_a_dialog_plays_the_path_of_the_folding_that_is_drawn(tab, hex_ten, tmp_
 
 @pytest.fixture(scope="module")
 def design_page():
-    return render_design(fetch_design_data(FOLDING.circuit, [FOLDING], "none.sqlite", None, 0))
+    return render_design(computed_data(FOLDING))
 
 
 @pytest.mark.parametrize("width", [1300, 390])

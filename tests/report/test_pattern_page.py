@@ -22,7 +22,7 @@ def path(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def data(path):
-    return fetch_pattern_data(resolve(path, "none.sqlite"), " --scene x.toml")
+    return fetch_pattern_data(resolve(path, "none.sqlite"), f"{path} --scene x.toml")
 
 
 def _printed(*words):
@@ -68,15 +68,9 @@ def test_show_prints_the_freedoms_of_a_pattern(path, tmp_path):
 
 def test_a_page_overwrites_no_pattern_and_each_result_has_a_name(tmp_path, data):
     own = written(tmp_path, strip([2.0, 1.5], "M"))
-    with pytest.raises(HcsearchError, match="is the file with the pattern: write the page to another one"):
+    with pytest.raises(HcsearchError, match="is the file that is shown: write the page to another one"):
         _printed(own, "--html", "--output", own)
     assert all(name for name, _ in data.facts)
-
-
-def test_no_page_shows_a_design_with_other_panels_than_its_file(tmp_path):
-    (path,) = save("hex:0234550132:4", tmp_path / "big.fold", panel="80x8", db="none.sqlite")
-    with pytest.raises(HcsearchError, match="draws hex:0234550132:4 with panels of 80x80x8 mm, and the page"):
-        _printed(str(path), "--html", "--output", str(tmp_path / "a.html"))
 
 
 def test_a_file_that_draws_a_design_is_shown_as_this_design(tmp_path):

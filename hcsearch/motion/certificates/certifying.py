@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError, InputFileError
@@ -22,10 +25,14 @@ from hcsearch.motion.certificates.certificate_data import (
     lock_claim,
     path_claim,
 )
+from hcsearch.motion.kinematics.numerical_rank import rank_at
+from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion, plan_motion, proof_margins
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.problems import group_of, loops_of
 from hcsearch.motion.planning.schedule import LOOSE_SEARCH_ROUNDS
+from hcsearch.motion.planning.stretches import SAME_STATE_DISTANCE
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import components, sides_of
 from hcsearch.system.reading import read_text_file
@@ -36,6 +43,7 @@ MAX_CERTIFICATE_BYTES = 256 * 2**20
 """Greatest size of a certificate that is read; those of small lists have up to a megabyte."""
 MAX_PATH_SEEDS = 12
 """Number of paths that are tried until the checker proves one: some come closer to singular states than others."""
+ProofProgress = Callable[[int, int, str], None]
 CheckedClaim = tuple[dict[str, Any], str]
 """A claim, and its checker's statement of the proved fact."""
 CLAIM_CHECKERS = {"path": path_checker.checked, "lock": lock_checker.checked, "collision": collision_checker.checked}
@@ -71,12 +79,20 @@ def prove_folding(
 
 
 def prove_pattern(
-    linkage: Linkage, name: str, margin: float | None, budget: int = DEFAULT_PROOF_BUDGET
+    linkage: Linkage,
+    name: str,
+    margin: float | None,
+    budget: int = DEFAULT_PROOF_BUDGET,
+    progress: ProofProgress | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Prove a path or a lock of a pattern that is no design, as `prove_folding`; name : of its file.
 
+    progress : called with the numbers of efforts that are done and of all.
+
     HcsearchError also where its points lie on no lattice of a tiling, in whose whole numbers certificates are written,
-    where these numbers are too large for the checkers, or where hinges are between their stops in the packed state.
+    where these numbers are too large for the checkers, where hinges are between their stops in the packed state, or
+    where a path is found along which the equations of closed loops depend on each other: no proof of closed states is
+    known there, and there is no lock.
     """
     if not linkage.folds_flat:
         raise HcsearchError(
@@ -84,8 +100,38 @@ def prove_pattern(
             "whole numbers: see what hcsearch check says of it, or give the pattern without this state"
         )
     array_data(linkage)  # before the search: it refuses what no certificate holds
-    motion = plan_linkage_motion(linkage, margin, budget=budget)
+    for done in range(budget):
+        if progress is not None:
+            progress(done, budget, "efforts to prove a path or a lock")
+        motion = plan_linkage_motion(linkage, margin, budget=done + 1, done=done)
+        if motion.locked or motion.margin is not None:
+            break
+        if motion.states is not None:
+            _refuse_dependent_closure(linkage, motion.states, name)
     return _certified({"hinged": linkage}, motion, margin, budget, name, None)
+
+
+def _refuse_dependent_closure(linkage: Linkage, states: Reals, name: str) -> None:
+    """Refuse a path, (k, n_hinges), where fewer equations than all are independent at each of its states.
+
+    The equations are those of the group in which its hinges turn. A path through flat-folded states is not judged,
+    since it is proved in parts, each in a group of its own.
+    """
+    inner = states[1:-1]
+    if (np.minimum(inner, math.pi - inner).max(axis=1) <= SAME_STATE_DISTANCE).any():
+        return
+    folded = linkage.folded.astype(float)
+    end, equations = whole_end(linkage, folded), linkage.n_rows
+    if end is not None:
+        moving = np.abs(states - folded).max(axis=0) > SAME_STATE_DISTANCE
+        equations = len(group_of(linkage, loops_of(linkage), end, moving, linkage.closure(folded)[1]).rows)
+    ranks = [rank_at(linkage, state).rank for state in states]
+    independent = max(equations if rank is None else rank for rank in ranks)
+    if independent < equations:
+        raise HcsearchError(
+            f"a path of {name} is found, but it cannot be proved: {equations} equations close the loops, of which "
+            f"{independent} are independent along it, and a proof needs all of them to be; see hcsearch drive"
+        )
 
 
 def _certified(

@@ -119,14 +119,14 @@ def plan_motion(
 
 
 def plan_linkage_motion(
-    linkage: Linkage, margin: float | None = None, *, budget: int = DEFAULT_EFFORT_BUDGET
+    linkage: Linkage, margin: float | None = None, *, budget: int = DEFAULT_EFFORT_BUDGET, done: int = 0
 ) -> PlannedMotion:
     """Search for a proved path of a linkage from its folded to its flat state; its way is `hinged`.
 
-    margin, budget : as of `plan_motion`. SizeError for more panels than `problems` allows.
+    margin, budget, done : as of `plan_motion`. SizeError for more panels than `problems` allows.
     """
     check_memory(linkage.n_panels)
-    return _Search({"hinged": linkage}, margin).run(budget, 0)
+    return _Search({"hinged": linkage}, margin).run(budget, done)
 
 
 def proof_margins(linkage: Linkage, margin: float | None = None) -> list[float]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.case import Case
+from hcsearch.cases.case import Case, NamedAssembly
 from hcsearch.cases.names import parameters_of
 from hcsearch.cases.replay_sources import replay_of_motion
 from hcsearch.library.assemblies import ASSEMBLIES
@@ -28,19 +31,18 @@ from hcsearch.web.report.linkage_page import (
 )
 
 
-def fetch_assembly_data(name: str, case: Case, option: str = "") -> LinkageData:
-    """Return the data of an assembly with its default sizes.
-
-    case : the assembly in a scene. option : of commands, for this scene, with a space before it.
-    """
+def fetch_assembly_data(case: Case, subject: str) -> LinkageData:
+    """Return the data of an assembly in a scene; subject : how commands name this case, with its options."""
+    assert isinstance(case.what, NamedAssembly)
+    name, given = case.what.name, case.what.parameters
     assembly = ASSEMBLIES[name]
-    facts = describe_assembly(assembly, parameters_of(assembly, {}))
+    facts = describe_assembly(assembly, parameters_of(assembly, given))
     deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
     commands = [
-        (f"hcsearch assembly {name}", "prints these properties, also of other sizes"),
-        (f"hcsearch motion {name}{option}", "follows its motion: branches and singular states"),
+        (f"hcsearch assembly {name}{_parameter_words(given)}", "prints these properties, also of other sizes"),
+        (f"hcsearch motion {subject}", "follows its motion: branches and singular states"),
         (
-            f"hcsearch export {name}{option} --output {name}.glb",
+            f"hcsearch export {subject} --output {name}.glb",
             "writes it for other programs, here in three dimensions",
         ),
     ]
@@ -49,7 +51,7 @@ def fetch_assembly_data(name: str, case: Case, option: str = "") -> LinkageData:
         sentence=lead_sentence(facts, deployed),
         meta=page_meta(case),
         picture=draw_pattern(case.linkage.pattern, assembly.title, standalone=False),
-        motions=_motions(name, case, deployed, option),
+        motions=_motions(name, case, deployed, subject),
         facts=list(fact_rows(facts)),
         commands=commands,
         notes=facts["notes"],
@@ -57,9 +59,15 @@ def fetch_assembly_data(name: str, case: Case, option: str = "") -> LinkageData:
     )
 
 
-def _motions(name: str, case: Case, deployed: Deployed, option: str) -> list[ShownMotion]:
+def _parameter_words(given: Mapping[str, Any]) -> str:
+    """Return the parameters of an assembly as words of its command, with a space before each."""
+    options = [f" --{name} {shlex.quote(str(value))}" for name, value in given.items() if name != "size"]
+    return "".join([f" {shlex.quote(str(given['size']))}" if "size" in given else "", *options])
+
+
+def _motions(name: str, case: Case, deployed: Deployed, subject: str) -> list[ShownMotion]:
     """Return the motion by springs; where they do not bring it flat, also the motion that is followed from packed."""
-    motions = [motion_by_springs(name, deployed, f"hcsearch deploy {name}{option}")]
+    motions = [motion_by_springs(name, deployed, f"hcsearch deploy {subject}")]
     if deployed.deployment.outcome == "flat":
         return motions
     linkage, labels = case.linkage, case.labels
@@ -69,13 +77,13 @@ def _motions(name: str, case: Case, deployed: Deployed, option: str) -> list[Sho
         path = replay_of_motion(LinkageMotion(name, linkage, labels, words, "end", followed))
     except HcsearchError:  # it does not move
         return motions
-    return [*motions, shown_motion("Motion that is followed", path, f"hcsearch motion {name}{option}")]
+    return [*motions, shown_motion("Motion that is followed", path, f"hcsearch motion {subject}")]
 
 
-def write_assembly(name: str, case: Case, path: Path | str, option: str = "") -> Path:
+def write_assembly(case: Case, path: Path | str, subject: str) -> Path:
     """Write the page of an assembly in the scene of a case, and return its path.
 
-    option : as in `fetch_assembly_data`. OutputError: the file cannot be written.
+    subject : as in `fetch_assembly_data`. OutputError: the file cannot be written.
     """
-    write_output(path, render_linkage(fetch_assembly_data(name, case, option)))
+    write_output(path, render_linkage(fetch_assembly_data(case, subject)))
     return Path(path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -10,6 +11,7 @@ from typing import cast
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import STATUSES, millimetres, play_sentence
+from hcsearch.cases.case import Case
 from hcsearch.cases.mechanisms import Freedoms, freedoms_of, lock_sentences
 from hcsearch.cases.names import deployment_scene_name, way_option_text
 from hcsearch.cases.replay import Replay
@@ -22,9 +24,10 @@ from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize, panel_text
 from hcsearch.designs.twisting import twist
 from hcsearch.export.bill_items import BillOfMaterials, bill_of_case
-from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, panel_of
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.springs.deployment.agreement import confirm_deployment
-from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.springs.deployment.deployment_facts import deploy_linkage
+from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.flight.flight_figures import modes_of
 from hcsearch.springs.flight.flight_sheet import FlightSheet
 from hcsearch.springs.flight.review import review
@@ -44,8 +47,9 @@ from hcsearch.web.report.templating import database_option_text, scene_option_te
 class ShownMotion:
     """A motion that the page plays and plots; `command` reproduces it.
 
-    shows : the status of the folding that the motion proves: `movable`, `deploys`, or empty for none.
-    flat_time : s until it is flat by springs, in the digits on which tolerances agree; None without agreement.
+    shows : the status of the folding that the motion proves: `movable`, `deploys`, `driven` by the drives of its case,
+    or empty for none. flat_time : s until it is flat by springs or drives, in the digits on which tolerances agree;
+    None without agreement.
     """
 
     title: str
@@ -104,46 +108,84 @@ class DesignData:
 NOT_JUDGED_REASON = "no stage has judged it in this scene: run `hcsearch enumerate` in the scene, without --until"
 
 
+@dataclass(frozen=True, eq=False)
+class ComputedFolding:
+    """A folding whose motions are planned and simulated for the page.
+
+    case : the folding in its scene. subject : how commands name this case, with its options.
+    """
+
+    case: Case
+    subject: str
+
+    @property
+    def folding(self) -> Folding:
+        """The folding, of a circuit in canonical order."""
+        assert self.case.folding is not None
+        return self.case.folding
+
+
 def fetch_design_data(
     circuit: Circuit,
     foldings: Sequence[Folding],
     db: str,
-    database: Database | None,
+    database: Database,
     number: int,
     scene: str = DEFAULT_SCENE_NAME,
 ) -> DesignData:
-    """Return the data of a design, with its circuit in canonical order, and of some of its foldings in a scene.
+    """Return the data of a stored design, with its circuit in canonical order, and of some of its foldings in a scene.
 
-    database : from `open_readonly`; if None, motions are planned and simulated. number : id of the design in it.
-    db : name of the database, for lookups by name.
+    database : from `open_readonly`. number : id of the design in it. db : name of the database, for lookups by name.
     """
-    values = SCENES[DEFAULT_SCENE_NAME] if database is None else stored_scene(database, scene)
-    panel = panel_of(values, circuit.grid.name)
-    stored = _Known() if database is None else _known(database, number, circuit, scene)
+    values, stored = stored_scene(database, scene), _known(database, number, circuit, scene)
     ordered = sorted(foldings, key=lambda folding: (folding.crease != stored.best, folding.crease))
     shown = [_folding(folding, stored, values, db) for folding in ordered]
     if stored.best is None:
         shown.sort(key=lambda folding: _order(folding.status))
-    best = shown[0] if shown else None
-    if best is not None and best.motions:
-        shown[0] = _with_sheet(best, stored, values, db)
+    if shown and shown[0].motions:
+        notation = shown[0].folding.notation
+        command = f"hcsearch sheet {notation}{scene_option_text(scene, stored.database_option)}"
+        with suppress(HcsearchError):
+            shown[0] = _with_sheet(shown[0], resolve(notation, db, scene=scene, path=True), command)
+    data = _design_data(f"Design {number}", circuit, shown, values, scene)
+    return replace(data, row=stored.design, best=stored.best)
+
+
+def fetch_computed_data(circuit: Circuit, computed: Sequence[ComputedFolding], scene: Scene) -> DesignData:
+    """Return the data of a design, with its circuit in canonical order, whose foldings are planned and simulated.
+
+    scene : of all cases.
+    """
+    shown = sorted(map(_computed_folding, computed), key=lambda folding: _order(folding.status))
+    if shown and shown[0].motions:
+        best = next(one for one in computed if one.folding.crease == shown[0].folding.crease)
+        with suppress(HcsearchError):
+            shown[0] = _with_sheet(shown[0], best.case, f"hcsearch sheet {best.subject}")
+    return _design_data(f"Design {circuit.notation}", circuit, shown, scene, scene.name)
+
+
+def _design_data(
+    title: str, circuit: Circuit, shown: Sequence[ShownFolding], scene: Scene, scene_name: str
+) -> DesignData:
+    """Return the data of a design without its stored results; shown : its foldings, the best one first."""
+    panel, array = panel_of(scene, circuit.grid.name), circuit.array.canonical().notation
     return DesignData(
-        title=f"Design {number}" if database is not None else f"Design {circuit.notation}",
+        title=title,
         notation=circuit.notation,
-        array=circuit.array.canonical().notation,
-        row=stored.design,
+        array=array,
+        row={},
         meta=[
             ("circuit", circuit.notation),
-            ("array", circuit.array.canonical().notation),
+            ("array", array),
             ("panels", f"{circuit.n} of {panel_text(panel)} mm"),
-            ("scene", scene),
-            ("density", f"{values.density_of(panel[2]):.4g} kg/m³"),
+            ("scene", scene_name),
+            ("density", f"{scene.density_of(panel[2]):.4g} kg/m³"),
             ("hcsearch", version("hcsearch")),
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ],
         foldings=shown,
-        best=stored.best,
-        sentence=_sentence(circuit, panel, best),
+        best=None,
+        sentence=_sentence(circuit, panel, shown[0] if shown else None),
         size=(1e3 * panel[0], 1e3 * panel[1]),
     )
 
@@ -157,29 +199,17 @@ def _sentence(circuit: Circuit, panel: PanelSize, best: ShownFolding | None) -> 
 
 @dataclass(frozen=True)
 class _Known:
-    """The stored results on a design in a scene; the defaults stand for a design that is not stored.
+    """The stored results on a design in a scene; database_option : the command option that names the database."""
 
-    database_option : the command option that names the database.
-    """
-
-    number: int = 0
-    scene: str = DEFAULT_SCENE_NAME
-    database_option: str = ""
-    design: ViewRow = field(default_factory=dict)
-    rows: Mapping[int, ViewRow] = field(default_factory=dict)
-    best: int | None = None
-    motions: Mapping[FoldingKey, str] = field(default_factory=dict)
-    deployments: Mapping[FoldingKey, Sequence[ViewRow]] = field(default_factory=dict)
-    paths: Mapping[int, Replay] | None = None
-
-    def path(self, folding: Folding, db: str) -> Replay | None:
-        """Return the path of a folding: the stored one, proved or not; a planned one if the design is not stored."""
-        if self.paths is not None:
-            return self.paths.get(folding.crease)
-        try:
-            return replay_case(resolve(folding.notation, db, path=True), "path")[0]
-        except HcsearchError:
-            return None
+    number: int
+    scene: str
+    database_option: str
+    design: ViewRow
+    rows: Mapping[int, ViewRow]
+    best: int | None
+    motions: Mapping[FoldingKey, str]
+    deployments: Mapping[FoldingKey, Sequence[ViewRow]]
+    paths: Mapping[int, Replay]
 
 
 def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Known:
@@ -198,33 +228,52 @@ def _known(database: Database, number: int, circuit: Circuit, scene: str) -> _Kn
 
 
 def _folding(folding: Folding, stored: _Known, scene: Scene, db: str) -> ShownFolding:
+    """Return a folding with the results that a database holds."""
     row, turns = stored.rows.get(folding.crease, {}), twist(folding)
     key = (stored.number, folding.crease)
-    deployments, panel = stored.deployments.get(key, ()), panel_of(scene, folding.circuit.grid.name)
-    motions = [] if turns else _motions(folding, stored, row, deployments, db)
+    deployments = stored.deployments.get(key, ())
+    motions = [] if turns else _stored_motions(folding, stored, row, deployments, db)
     reason = status_reason({**row, "twist": turns}, stored.motions.get(key), deployments)
-    status = "twisted" if turns else str(row.get("status") or "not_judged")
+    shown = _shown_folding(
+        folding, panel_of(scene, folding.circuit.grid.name), scene, motions, str(row.get("status") or "not_judged")
+    )
+    bill = None
+    with suppress(HcsearchError):  # its scene does not suit a bill
+        bill = bill_of_case(resolve(folding.notation, db, scene=stored.scene))
+    return replace(shown, row=row, reason=reason or shown.reason, deployments=deployments, bill=bill)
+
+
+def _computed_folding(computed: ComputedFolding) -> ShownFolding:
+    """Return a folding with the results that are computed for the page."""
+    folding, case = computed.folding, computed.case
+    turns = twist(folding)
+    motions = [] if turns else _computed_motions(computed)
+    proved = {motion.shows for motion in motions}
+    status = next((status for status in ("deploys", "driven", "movable") if status in proved), "not_judged")
+    shown = _shown_folding(folding, case.panel, case.scene, motions, status)
+    bill = None
+    with suppress(HcsearchError):  # its scene does not suit a bill
+        bill = bill_of_case(case)
+    reason = status_reason({"twist": turns}, None, ())
+    return replace(shown, reason=reason or shown.reason, bill=bill)
+
+
+def _shown_folding(
+    folding: Folding, panel: PanelSize, scene: Scene, motions: Sequence[ShownMotion], status: str
+) -> ShownFolding:
+    """Return a folding with its mechanism, room and motions; status : of a folding without twist."""
+    turns = twist(folding)
     return ShownFolding(
         folding=folding,
-        row=row,
+        row={},
         twist=turns,
-        status=_shown(motions) if stored.paths is None and not turns else status,
-        reason=reason or "; ".join(motion.source for motion in motions) or NOT_JUDGED_REASON,
+        status="twisted" if turns else status,
+        reason="; ".join(motion.source for motion in motions) or NOT_JUDGED_REASON,
         room=stowage_of(folding.linkage(panel), scene.density_of(panel[2])),
-        deployments=deployments,
         freedoms=() if turns else freedoms_of(folding, panel),
         locks=() if turns else lock_sentences(folding, panel),
         motions=motions,
-        bill=_bill(folding, stored, scene, db),
     )
-
-
-def _bill(folding: Folding, stored: _Known, scene: Scene, db: str) -> BillOfMaterials | None:
-    """Return the parts of a folding in the scene of the page; None where its scene does not suit it."""
-    try:
-        return bill_of_case(resolve(folding.notation, db, scene=scene if stored.paths is None else stored.scene))
-    except HcsearchError:
-        return None
 
 
 def _order(status: str) -> int:
@@ -232,15 +281,10 @@ def _order(status: str) -> int:
     return STATUSES.index(status) if status in STATUSES else len(STATUSES)
 
 
-def _with_sheet(shown: ShownFolding, stored: _Known, scene: Scene, db: str) -> ShownFolding:
-    """Return a folding with its flight sheet and its first mode; unchanged where it has no proved motion."""
-    notation = shown.folding.notation
-    try:
-        moved = travel_of_case(resolve(notation, db, scene=scene if stored.paths is None else stored.scene, path=True))
-    except HcsearchError:
-        return shown
+def _with_sheet(shown: ShownFolding, case: Case, command: str) -> ShownFolding:
+    """Return a folding with its flight sheet and its first mode; HcsearchError where it has no proved motion."""
+    notation, moved = shown.folding.notation, travel_of_case(case)
     sheet, modes = review(moved.travel, read_rules("ecss"), title=notation, source=moved.source), modes_of(moved.travel)
-    command = f"hcsearch sheet {notation}{scene_option_text(stored.scene, stored.database_option)}"
     motions = list(shown.motions)
     if modes.deployed_hz is not None:
         payload = payload_of(replay_of_mode(moved.travel.linkage, modes, 0, notation))
@@ -248,23 +292,36 @@ def _with_sheet(shown: ShownFolding, stored: _Known, scene: Scene, db: str) -> S
     return replace(shown, sheet=sheet, motions=motions)
 
 
-def _shown(motions: Sequence[ShownMotion]) -> str:
-    """Return the status of a folding that is not stored: the best one that its motions prove."""
-    shown = {motion.shows for motion in motions}
-    return next((status for status in ("deploys", "movable") if status in shown), "not_judged")
+def _computed_motions(computed: ComputedFolding) -> list[ShownMotion]:
+    """Return the planned path of a folding and its motion by springs; if springs open it, theirs comes first."""
+    motions, case, subject = [], computed.case, computed.subject
+    with suppress(HcsearchError):  # there is no path, or the case has drives
+        motions.append(_path_motion(replay_case(case, "path")[0], f"hcsearch drive {subject}"))
+    try:
+        deployed = deploy_linkage(
+            case.title, case.linkage, case.setup, case.formulation or "constrained", drives=case.drives
+        )
+    except HcsearchError:
+        return motions
+    replay = replay_of_deployment(deployed.deployment, case.title, design=True, reason=deployed.reason)
+    opens = deployed.verdict == "deploys"
+    command, play = f"hcsearch deploy {subject}", play_sentence(millimetres(deployed.needed_margin))
+    motion = _springs_motion(replay, deployed.deployment, command, play, deployed.flat_time)
+    motion = replace(motion, shows="" if not opens else "deploys" if case.drive is None else "driven")
+    motions.insert(0 if opens else len(motions), motion)
+    return motions
 
 
-def _motions(
+def _stored_motions(
     folding: Folding, stored: _Known, row: ViewRow, deployments: Sequence[ViewRow], db: str
 ) -> list[ShownMotion]:
-    """Return the path of a folding and the motion of its best deployment, or in `default` if it is not stored.
+    """Return the stored path of a folding and the motion of its best deployment.
 
     The motion that gave the folding its status comes first.
     """
     motions, best, verdict = [], best_deployment(deployments), verdict_of_row(row, deployments)
-    path = stored.path(folding, db)
+    path = stored.paths.get(folding.crease)
     if path is not None:
-        payload = payload_of(path)
         deployed_pairs = None if verdict is None or verdict.deployed_variant is None else verdict.deployed_variant.pairs
         option = (
             way_option_text(verdict.path_flat_pairs)
@@ -272,10 +329,7 @@ def _motions(
             else ""
         )
         command = f"hcsearch drive {folding.notation}{scene_option_text(stored.scene, stored.database_option)}{option}"
-        shows = "movable" if path.certified else ""
-        play = play_sentence(1e3 * path.margin) if path.certified else None
-        source = "; ".join(filter(None, (path.source, play)))
-        motions.append(ShownMotion("Planned path", source, command, payload, plots_of(path, payload), shows))
+        motions.append(_path_motion(path, command))
     if best is None and stored.rows:
         return motions
     name = DEFAULT_SCENE_NAME if best is None else deployment_scene_name(best, verdict)
@@ -284,21 +338,39 @@ def _motions(
         deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained")
     except HcsearchError:
         return motions
-    agreement = confirm_deployment(deployment) if best is None else None
-    reason, flat_time = (None, None) if agreement is None else (agreement.reason, agreement.flat_time)
     if best is not None:
         reason, flat_time = str(best["reason"]), cast("float | None", best["deploy_time"])
+        play, opens = play_of_row(best), verdict is not None and verdict.status == "deploys"
+    else:
+        agreement = confirm_deployment(deployment)
+        reason, flat_time = agreement.reason, agreement.flat_time
+        play, opens = play_sentence(millimetres(agreement.needed_margin)), agreement.verdict == "deploys"
     replay = replay_of_deployment(deployment, folding.notation, design=True, reason=reason)
-    payload = payload_of(replay)
     command = f"hcsearch deploy {folding.notation}{scene_option_text(name, stored.database_option)}"
-    needed = None if agreement is None else millimetres(agreement.needed_margin)
-    play = play_sentence(needed) if best is None else play_of_row(best)
-    source = "; ".join(
-        filter(None, (replay.source, *(mark.text for mark in marks_of_motion(replay) if mark.is_collision), play))
-    )
-    shows = "deploys" if agreement is not None and agreement.verdict == "deploys" else ""
-    plots = plots_of(replay, payload, deployment, flat_time)
-    opens = shows == "deploys" or (verdict is not None and verdict.status == "deploys")
-    motion = ShownMotion("Motion by springs", source, command, payload, plots, shows, flat_time)
+    motion = _springs_motion(replay, deployment, command, play, flat_time)
     motions.insert(0 if opens else len(motions), motion)
     return motions
+
+
+def _path_motion(path: Replay, command: str) -> ShownMotion:
+    """Return a path for the page, with the play that it leaves if it is proved."""
+    payload, play = payload_of(path), play_sentence(1e3 * path.margin) if path.certified else None
+    source = "; ".join(filter(None, (path.source, play)))
+    shows = "movable" if path.certified else ""
+    return ShownMotion("Planned path", source, command, payload, plots_of(path, payload), shows)
+
+
+def _springs_motion(
+    replay: Replay, deployment: Deployment, command: str, play: str | None, flat_time: float | None
+) -> ShownMotion:
+    """Return a deployment for the page; play : the sentence on the play that it needs. flat_time : as shown, s."""
+    collisions = (mark.text for mark in marks_of_motion(replay) if mark.is_collision)
+    payload, source = payload_of(replay), "; ".join(filter(None, (replay.source, *collisions, play)))
+    title = spring_motion_title(deployment)
+    plots = plots_of(replay, payload, deployment, flat_time)
+    return ShownMotion(title, source, command, payload, plots, flat_time=flat_time)
+
+
+def spring_motion_title(deployment: Deployment) -> str:
+    """Return the title of a deployment on a page."""
+    return "Motion by springs" if deployment.driven is None else "Motion by drives"

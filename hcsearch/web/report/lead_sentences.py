@@ -23,8 +23,8 @@ def design_sentence(
 ) -> str:
     """Return what a design is, and whether it opens.
 
-    status : of its best folding, any other word where no stage has judged it. room : of this folding, None where the
-    design has none. seconds : time until springs have opened it, if it deploys.
+    status : of its best folding, `driven` where drives open it, any other word where no stage has judged it. room : of
+    this folding, None where the design has none. seconds : time until springs or drives have opened it.
     """
     loop = f"{circuit.n} {PANEL_WORDS[circuit.grid.name]} of {panel_text(panel)} mm form a closed loop"
     if room is None:
@@ -33,7 +33,12 @@ def design_sentence(
 
 
 def _ending(status: str, seconds: float | None) -> str:
-    if status == "deploys":
-        time = "" if seconds is None else f" in {seconds:.3g} s"
-        return f"Springs alone open it{time}, and its panels are certified not to collide."
+    if status in ("deploys", "driven"):
+        return opened_sentence(seconds, driven=status == "driven")
     return _ENDINGS.get(status, "Whether it opens has not been judged.")
+
+
+def opened_sentence(seconds: float | None, *, driven: bool) -> str:
+    """Return that springs or drives open a linkage without a collision; seconds : the time that this takes."""
+    time = "" if seconds is None else f" in {seconds:.3g} s"
+    return f"{'Its drives' if driven else 'Springs alone'} open it{time}, and its panels are certified not to collide."

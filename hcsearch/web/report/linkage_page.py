@@ -6,16 +6,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
+from typing import Any
 
 from markupsafe import Markup
 
+from hcsearch.basics.vocabulary import counted
 from hcsearch.cases.case import Case
 from hcsearch.cases.replay import Replay
 from hcsearch.cases.replay_sources import replay_of_deployment
 from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.web.player import payload_of, player_script
 from hcsearch.web.player.player_page import as_script, digest_of
-from hcsearch.web.report.design_data import ShownMotion
+from hcsearch.web.report.design_data import ShownMotion, spring_motion_title
+from hcsearch.web.report.lead_sentences import opened_sentence
 from hcsearch.web.report.motion_plots import plots_of
 from hcsearch.web.report.plots import curve_swatch
 from hcsearch.web.report.templating import joined_script, page_style, template_environment
@@ -70,25 +73,26 @@ def page_meta(case: Case) -> list[tuple[str, str]]:
     ]
 
 
-def lead_sentence(facts: Mapping[str, object], deployed: Deployed) -> str:
-    """Return what a linkage is, and what springs do with it.
+def lead_sentence(facts: Mapping[str, Any], deployed: Deployed) -> str:
+    """Return what a linkage is, and what springs or drives do with it.
 
     facts : its panels, hinges, dof and kutzbach.
     """
-    dof = facts["dof"]
-    freedom = "an undecided number of degrees" if dof is None else f"{dof} degree{'' if dof == 1 else 's'}"
-    kutzbach = f"Kutzbach's formula gives {facts['kutzbach']}"
-    parts = f"{facts['panels']} panels and {facts['hinges']} hinges with {freedom} of freedom, where {kutzbach}."
+    dof, kutzbach = facts["dof"], f"Kutzbach's formula gives {facts['kutzbach']}"
+    freedom = "an undecided number of degrees" if dof is None else counted(dof, "degree")
+    size = f"{counted(facts['panels'], 'panel')} and {counted(facts['hinges'], 'hinge')}"
+    parts = f"{size} with {freedom} of freedom, where {kutzbach}."
+    driven = deployed.deployment.driven is not None
     if deployed.verdict == "deploys":
-        time = "" if deployed.flat_time is None else f" in {deployed.flat_time:.3g} s"
-        return f"{parts} Springs alone open it{time}, and its panels are certified not to collide."
-    return f"{parts} Springs in the scene {deployed.deployment.compiled.setup.name}: {deployed.reason}."
+        return f"{parts} {opened_sentence(deployed.flat_time, driven=driven)}"
+    scene = deployed.deployment.compiled.setup.name
+    return f"{parts} {'Drives' if driven else 'Springs'} in the scene {scene}: {deployed.reason}."
 
 
 def motion_by_springs(name: str, deployed: Deployed, command: str) -> ShownMotion:
-    """Return the motion by springs for a page."""
+    """Return the motion by springs, and drives if there are any, for a page."""
     replay = replay_of_deployment(deployed.deployment, name, reason=deployed.reason)
-    return shown_motion("Motion by springs", replay, command, deployed)
+    return shown_motion(spring_motion_title(deployed.deployment), replay, command, deployed)
 
 
 def shown_motion(title: str, replay: Replay, command: str, deployed: Deployed | None = None) -> ShownMotion:

@@ -13,7 +13,7 @@ from hcsearch.basics.errors import HcsearchError, QueryError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.export.bill_texts import bill_summary, section_cells
-from hcsearch.scenes import DEFAULT_SCENE_NAME
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import Database, open_readonly
 from hcsearch.store.columns import DESIGN_QUANTITIES, FOLDING_QUANTITIES, Quantity
@@ -21,7 +21,13 @@ from hcsearch.system.outputs import write_output
 from hcsearch.web.player import player_script
 from hcsearch.web.player.player_page import as_script, digest_of
 from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch_report_data
-from hcsearch.web.report.design_data import DesignData, ShownFolding, fetch_design_data
+from hcsearch.web.report.design_data import (
+    ComputedFolding,
+    DesignData,
+    ShownFolding,
+    fetch_computed_data,
+    fetch_design_data,
+)
 from hcsearch.web.report.plots import curve_swatch
 from hcsearch.web.report.script_data import drawn_crease, first_design, page_data
 from hcsearch.web.report.sheet_page import sheet_cells, sheet_drawings
@@ -224,23 +230,25 @@ def write_report(
 
 
 def write_design(
-    circuit: Circuit,
-    foldings: Sequence[Folding],
-    path: Path | str,
-    *,
-    db: str,
-    number: int | None = None,
-    scene: str = DEFAULT_SCENE_NAME,
+    circuit: Circuit, foldings: Sequence[Folding], path: Path | str, *, db: str, number: int, scene: str
 ) -> Path:
-    """Write the page of a design, and return its path.
+    """Write the page of a stored design, and return its path.
 
-    foldings : the shown foldings. db : name of the database, which is read if the design has a number in it.
+    foldings : the shown foldings. db : name of the database. number : of the design in it. scene : of the results.
     OutputError: the file cannot be written. SceneError: the database has no such scene.
     """
-    if number is None:
-        data = fetch_design_data(circuit, foldings, db, None, 0)
-    else:
-        with open_readonly(db) as database:
-            data = fetch_design_data(circuit, foldings, db, database, number, scene)
+    with open_readonly(db) as database:
+        data = fetch_design_data(circuit, foldings, db, database, number, scene)
     write_output(path, render_design(data))
+    return Path(path)
+
+
+def write_computed_design(
+    circuit: Circuit, computed: Sequence[ComputedFolding], scene: Scene, path: Path | str
+) -> Path:
+    """Write the page of a design, as of `fetch_computed_data`, and return its path.
+
+    OutputError: the file cannot be written.
+    """
+    write_output(path, render_design(fetch_computed_data(circuit, computed, scene)))
     return Path(path)

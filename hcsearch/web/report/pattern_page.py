@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 
+from hcsearch.basics.errors import SceneError
 from hcsearch.cases.case import Case
 from hcsearch.cases.pattern_files import DrawnPattern
 from hcsearch.cases.replay_sources import replay_of_path
@@ -24,15 +24,16 @@ from hcsearch.web.report.linkage_page import (
 )
 
 
-def fetch_pattern_data(case: Case, option: str = "") -> LinkageData:
+def fetch_pattern_data(case: Case, subject: str) -> LinkageData:
     """Return the data of a pattern with a packed state.
 
-    case : the pattern in a scene. option : of commands, for this scene and these sizes, with a space before it.
+    case : the pattern in a scene. subject : how commands name this case, with its options.
     """
     assert isinstance(case.what, DrawnPattern)
-    name, path = case.title, shlex.quote(case.what.path)
+    name = case.title
     checked = pattern_mobility(name, case.what.packed, case.scene)
-    motion = None if checked.locks else plan_linkage_motion(case.linkage, case.scene.margin)
+    is_planned = not checked.locks and _moves_along_paths(case)
+    motion = None if not is_planned else plan_linkage_motion(case.linkage, case.scene.margin)
     deployed = deploy_linkage(name, case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
     planned = [] if motion is None else [("planned path", reason_of(motion, joined=False))]
     return LinkageData(
@@ -40,14 +41,23 @@ def fetch_pattern_data(case: Case, option: str = "") -> LinkageData:
         sentence=lead_sentence(checked.facts(), deployed),
         meta=page_meta(case),
         picture=draw_pattern(case.linkage.pattern, name, standalone=False),
-        motions=_motions(name, case, deployed, motion, f"{path}{option}"),
+        motions=_motions(name, case, deployed, motion, subject),
         facts=[*checked.rows(), *planned],
         commands=[
-            (f"hcsearch check {path}{option}", "takes it through all stages"),
-            (f"hcsearch motion {path}{option}", "follows its motion: branches and singular states"),
-            (f"hcsearch export {path}{option} --output pattern.glb", "writes it for other programs"),
+            *([(f"hcsearch check {subject}", "takes it through all stages")] if _moves_along_paths(case) else []),
+            (f"hcsearch motion {subject}", "follows its motion: branches and singular states"),
+            (f"hcsearch export {subject} --output pattern.glb", "writes it for other programs"),
         ],
     )
+
+
+def _moves_along_paths(case: Case) -> bool:
+    """Whether paths are planned for a case: it has no drive and no formulation that excludes them."""
+    try:
+        case.check_moved()
+    except SceneError:
+        return False
+    return True
 
 
 def _motions(
@@ -61,10 +71,10 @@ def _motions(
     return [*motions, shown_motion("Planned path", replay, f"hcsearch drive {subject}")]
 
 
-def write_pattern(case: Case, path: Path | str, option: str = "") -> Path:
+def write_pattern(case: Case, path: Path | str, subject: str) -> Path:
     """Write the page of a pattern in the scene of a case, and return its path.
 
-    option : as in `fetch_pattern_data`. OutputError: the file cannot be written.
+    subject : as in `fetch_pattern_data`. OutputError: the file cannot be written.
     """
-    write_output(path, render_linkage(fetch_pattern_data(case, option)))
+    write_output(path, render_linkage(fetch_pattern_data(case, subject)))
     return Path(path)

@@ -68,7 +68,7 @@ def assembly_page(db: str, name: str) -> str:
     from hcsearch.web.report.assembly_page import fetch_assembly_data  # noqa: PLC0415 - the engine
     from hcsearch.web.report.linkage_page import render_linkage  # noqa: PLC0415 - the engine
 
-    data = fetch_assembly_data(name, resolve(name, db))
+    data = fetch_assembly_data(resolve(name, db), name)
     return render_linkage(replace(data, links=[("all assemblies", "/assemblies")]))
 
 
