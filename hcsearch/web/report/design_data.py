@@ -338,13 +338,13 @@ def _stored_motions(
         deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained")
     except HcsearchError:
         return motions
+    reason = flat_time = play = None
+    opens = verdict is not None and verdict.status == "deploys"
     if best is not None:
-        reason, flat_time = str(best["reason"]), cast("float | None", best["deploy_time"])
-        play, opens = play_of_row(best), verdict is not None and verdict.status == "deploys"
-    else:
-        agreement = confirm_deployment(deployment)
-        reason, flat_time = agreement.reason, agreement.flat_time
-        play, opens = play_sentence(millimetres(agreement.needed_margin)), agreement.verdict == "deploys"
+        reason, flat_time, play = str(best["reason"]), cast("float | None", best["deploy_time"]), play_of_row(best)
+    elif (agreement := confirm_deployment(deployment)) is not None:
+        reason, flat_time, opens = agreement.reason, agreement.flat_time, agreement.verdict == "deploys"
+        play = play_sentence(millimetres(agreement.needed_margin))
     replay = replay_of_deployment(deployment, folding.notation, design=True, reason=reason)
     command = f"hcsearch deploy {folding.notation}{scene_option_text(name, stored.database_option)}"
     motion = _springs_motion(replay, deployment, command, play, flat_time)
