@@ -94,6 +94,7 @@ def prove_pattern(
     loops depend on each other: no proof of closed states is known there, and there is no lock.
     """
     array_data(linkage)  # before the search: it refuses what no certificate holds
+    motion = PlannedMotion(None, None, None, ())
     for done in range(budget):
         if progress is not None:
             progress(done, budget, "efforts to prove a path or a lock")
