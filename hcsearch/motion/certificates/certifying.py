@@ -100,6 +100,7 @@ def prove_pattern(
             "whole numbers: see what hcsearch check says of it, or give the pattern without this state"
         )
     array_data(linkage)  # before the search: it refuses what no certificate holds
+    motion = PlannedMotion(None, None, None, ())
     for done in range(budget):
         if progress is not None:
             progress(done, budget, "efforts to prove a path or a lock")
