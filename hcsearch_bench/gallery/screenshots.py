@@ -55,7 +55,7 @@ SCREENSHOTS = (
     Screenshot("design-page.webp", "design.html", (1000, 1180), 0.5),
     Screenshot("server.webp", f"/designs?q=symmetry>1&status=deploys,movable&as=table&columns={_COLUMNS}", (1000, 780)),
     Screenshot("player.webp", "player.html", (760, 560)),
-    Screenshot("flight-sheet.webp", "sheet.html", (1000, 760)),
+    Screenshot("flight-sheet.webp", "sheet.html", (1000, 780)),
 )
 
 
