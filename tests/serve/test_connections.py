@@ -43,6 +43,8 @@ def serving(**patience):
             for channel in list(server.active_channels.values()):
                 channel.cut()  # the loop ends once all are closed
             thread.join(10)
+            for channel in list(server.active_channels.values()):  # where the loop ended before they were closed
+                channel.handle_close()  # with the files of answers that nobody took
             close_all(server._map, ignore_all=True)
 
 
