@@ -16,10 +16,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
+from hcsearch.basics.array_values import ByValue, Flags, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError, expect_kind
 from hcsearch.kernels.linkage.loops import Chain, bend_loops, close_loops, place_panels
 from hcsearch.shape.pattern import Pattern
+
+
+def at_stops(angles: Reals) -> Flags:
+    """Flags of the hinges that are at a stop, 0 or pi, exactly."""
+    flags: Flags = (angles == 0.0) | (angles == math.pi)
+    return flags
 
 
 class HingeTree(NamedTuple):
@@ -182,7 +188,7 @@ class Linkage:
     @property
     def folds_flat(self) -> bool:
         """Whether every hinge is at a stop in the folded state."""
-        return bool(((self.folded == 0.0) | (self.folded == math.pi)).all())
+        return bool(at_stops(self.folded).all())
 
     @cached_property
     def _tree(self) -> HingeTree:

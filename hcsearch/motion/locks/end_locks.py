@@ -38,7 +38,7 @@ from hcsearch.motion.kinematics.local import bilinear_products
 from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.motion.locks import exact_checks
 from hcsearch.motion.locks.lattice import whole_end
-from hcsearch.shape.linkage import Linkage, hinge_tree
+from hcsearch.shape.linkage import Linkage, at_stops, hinge_tree
 
 WRENCH_MARGIN = 1e-7
 """Minimum by which the inequalities of a candidate wrench hold, with screws and wrench of unit length; rounding is
@@ -115,7 +115,7 @@ def lock_at(linkage: Linkage, angles: Reals, contacts: Reals | None = None) -> L
     Source: thesis 2.3.3 speaks of first-order and finite motions of two-sided hinges only; the one-sided conditions
     are ours (docs/explanation/theory.md).
     """
-    if not ((angles == 0.0) | (angles == np.pi)).all():
+    if not at_stops(angles).all():
         held = rank_at(linkage, angles).nullity == 0
         hinges = tuple(range(linkage.n_hinges)) if held else ()
         return LockVerdict(1 if held else None, False, None, 0.0, None, hinges, between=True)

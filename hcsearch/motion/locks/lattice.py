@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.designs.grid import GRIDS, Grid, LatticePoint
 from hcsearch.designs.grid.tessellation import square_of
-from hcsearch.shape.linkage import Linkage, Walk
+from hcsearch.shape.linkage import Linkage, Walk, at_stops
 from hcsearch.shape.mesh import Facet
 
 ExactArray = NDArray[np.object_]
@@ -239,7 +239,7 @@ def whole_end(linkage: Linkage, angles: Reals) -> WholeEnd | None:
     """
     frame = lattice_frame_of(linkage)
     closed = angles == math.pi
-    if frame is None or not (closed | (angles == 0.0)).all():
+    if frame is None or not at_stops(angles).all():
         return None
     starts = frame.points(linkage.points[:, :2] - 0.5 * _spans(linkage))
     directions = frame.directions(linkage.directions[:, :2])

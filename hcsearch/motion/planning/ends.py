@@ -18,7 +18,7 @@ from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.kernels.planning.closed_states import Group
 from hcsearch.kernels.planning.series import SERIES_ORDER_COUNT, centre_screws, write_series
 from hcsearch.motion.locks.lattice import reduced_rows, whole_end
-from hcsearch.shape.linkage import Linkage
+from hcsearch.shape.linkage import Linkage, at_stops
 
 MAX_DEPARTURE_CONTRACTION = 0.5
 """Greatest contraction factor that is accepted."""
@@ -139,8 +139,7 @@ class EndClosure:
 
     def _within(self, turns: Reals, sense: Reals, slowest_turn: float) -> Reals | None:
         """Find the nearest turns off the stops, none below a bound, that close the loops at second order (Newton)."""
-        stopped = (self.angles == 0.0) | (self.angles == math.pi)
-        least_turns = np.where(self.moving, np.where(stopped, slowest_turn, -math.inf), 0.0)
+        least_turns = np.where(self.moving, np.where(at_stops(self.angles), slowest_turn, -math.inf), 0.0)
         turns = np.maximum(np.where(self.moving, turns, 0.0), least_turns)
         held = ~self.moving
         for _ in range(40):

@@ -96,7 +96,7 @@ def _crease(drawing: PatternDrawing, pair: FacetPair) -> Crease:
             f"hinge on the {face} face, about which thick panels cannot fold that way: mountains have it on the bottom "
             "face, valleys on the top face"
         )
-    flat = states_angles(drawing) and not states_between_stops(drawing) and turn < 90.0
+    flat = turn < 90.0 and states_angles(drawing) and not states_between_stops(drawing)
     return Crease(face, closes=join.assignment != "F" and not flat)
 
 
