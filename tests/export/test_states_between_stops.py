@@ -18,6 +18,7 @@ from hcsearch.motion.locks.enclosures import enclose_ends
 from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.planning.ends import EndClosure
 from hcsearch.motion.planning.motion_search import plan_linkage_motion
+from hcsearch.motion.planning.planner import Forest, Planner
 from hcsearch.motion.planning.problems import group_of_all, loops_of
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
@@ -73,6 +74,17 @@ def test_a_path_leads_from_the_stated_state_of_a_chain_to_flat(panels):
     motion = plan_linkage_motion(linkage)
     assert motion.margin is not None
     assert np.allclose(motion.proof.motion.angles[[0, -1]], [linkage.folded, linkage.flat])
+
+
+def test_a_search_leaves_a_state_between_the_stops_either_way():
+    linkage = Linkage(packed_of(strip([2.0, 1.5, 1.8], [("M", -60.0), ("V", 75.0)])).pattern)
+    planner = Planner(linkage, 1e-5)
+    ends = np.array([linkage.folded, linkage.flat])
+    forest = Forest(planner.space, ends, planner.stack, planner.work)
+    assert all(forest.fan_out(0))
+    states = forest.clouds()[0][1:]
+    assert (states > linkage.folded).any(axis=0).all()
+    assert (states < linkage.folded).any(axis=0).all()
 
 
 def test_a_stated_state_of_a_loop_is_closed_and_deploys(element):
