@@ -27,7 +27,7 @@ class Body(ByValue):
     def about(self, point: Reals) -> Reals:
         """Return the inertia about another point, shape (3, 3)."""
         offset = self.centre - point
-        return self.inertia + self.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        return self.inertia + self.mass * ((offset * offset).sum() * np.eye(3) - np.outer(offset, offset))
 
 
 def joined_body(bodies: Iterable[Body]) -> Body:
