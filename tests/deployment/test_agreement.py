@@ -94,6 +94,7 @@ def test_what_jams_or_diverges_is_compared_as_what_becomes_flat():
     )
     assert agreement_of_simulations(jams) is None
     assert agreement_of_simulations(diverges) is None
+    assert agreement_of_simulations([seen(0.5, 1e-6, "jammed", "collides"), seen(1.5, verdict="collides")]) is None
     for pair in ((jams[0], diverges[1]), (diverges[0], jams[1]), (diverges[0], comes_flat[1])):
         found = agreement_of_simulations(pair)
         assert (found.verdict, found.flat_time, found.outcome) == ("undecided", None, "branch-singular")

@@ -15,7 +15,7 @@ CLOSED_LOOP_RESIDUAL = 1e-12
 """A state is closed when no residual (rad, or gap over the pattern's size) is greater."""
 MIN_DAMPING_SHARE = 1e-8
 """Damping of a correction, at least, over the greatest entry of the Jacobian: the square root of rounding errors, so
-that singular values that are zero but for rounding turn hinges by no more than the residual."""
+that singular values that are zero but for rounding turn hinges by little more than the residual."""
 
 
 @dataclass(frozen=True, eq=False)

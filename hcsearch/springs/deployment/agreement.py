@@ -108,7 +108,7 @@ def tolerances_to_confirm(
 def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agreement | None:
     """Compare a simulation whose ending is doubtful, the first one, with others at other tolerances.
 
-    None where it does not become flat, and the others end as it does.
+    None where it does not become flat, and the others end or collide as it does.
     """
     first, others = simulations[0], tuple(simulations[1:])
     verdict: Verdict = (
@@ -117,6 +117,8 @@ def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agree
     loose_share = max(simulation.loose_share for simulation in simulations)
     if verdict != "collides" and loose_share >= LOOSE_STATES_SHARE:
         return Agreement("undecided", None, _LOOSE, others, outcome="branch-singular")
+    if verdict == "collides" and first.outcome != "flat":
+        return None
     if any(simulation.outcome != first.outcome for simulation in others):
         outcomes = _each(simulations, [simulation.outcome for simulation in simulations])
         reason = f"branch-singular: {outcomes}; {_CONTINUED}"
