@@ -18,7 +18,6 @@ from hcsearch.designs.folding import Folding, folding_of, split_crease
 from hcsearch.scenes import Scene
 from hcsearch.search.own_patterns.checked_patterns import CheckedPattern, check_pattern
 from hcsearch.search.own_patterns.single_circuits import CheckedCircuit, check_circuit
-from hcsearch.system.terminal import write_notice
 
 CheckProgress = Callable[[int, int, str], None]
 
@@ -72,7 +71,6 @@ def check(
     elif isinstance(what, str) and is_pattern_file(what):
         drawn = read_pattern_file(what, panel)
         if isinstance(drawn, DrawnPattern):
-            write_notice(f"{what} {drawn.no_design}")
             case = resolve_pattern(drawn, db, scene=scene, flat_pairs=flat_pairs, values=values)
             return check_pattern(what, drawn.packed, case.scene, *reporting)
         circuit, panel = drawn.design.circuit, drawn.panel

@@ -108,6 +108,11 @@ def parse_fold(text: str, path: str = "the text") -> PatternDrawing:
         raise InputFileError(f"{path} is no FOLD file, which is JSON: {why}; export it as FOLD") from None
     if not isinstance(data, dict):
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
+    return drawing_of_data(data, path)
+
+
+def drawing_of_data(data: Mapping[str, Any], path: str) -> PatternDrawing:
+    """Return the drawing in the data of a FOLD file; path : name of the file for messages."""
     frame = crease_pattern_frame(data, path)
     form = folded_form_frame(data, path, frame)
     return _Reader(FrameValues(frame), None if form is None else FrameValues(form), is_animation(data)).drawing()
