@@ -6,7 +6,6 @@ element nor a note of the model holds, one of later versions included.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
@@ -69,8 +68,5 @@ def scene_notes(scene: Scene) -> dict[str, Any]:
 def stated_values(scene: Scene) -> dict[str, Any]:
     """Return all values of a scene as JSON holds them, SI units; springs and values of single hinges by hinge."""
     values = {field.name: getattr(scene, field.name) for field in fields(scene)}
-    by_hinge: Mapping[str, Any] = {
-        "springs": dict(scene.springs),
-        "hinges": {hinge: dict(own) for hinge, own in scene.hinges},
-    }
-    return values | by_hinge
+    values["springs"], values["hinges"] = dict(scene.springs), {hinge: dict(own) for hinge, own in scene.hinges}
+    return values
