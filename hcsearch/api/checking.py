@@ -55,7 +55,7 @@ def check(
     Examples
     --------
     >>> from hcsearch import check
-    >>> check("hex:0234550132").funnel["deployable by springs"]
+    >>> check("hex:0234550132").funnel["deployed by springs"]
     1
     """
     check_kinds(check, locals())

@@ -375,6 +375,14 @@ class VerdictBatch(ByValue):
     deployment: DeploymentBatch | None
     flight: tuple[FlightNumbers | None, ...] | None = None
 
+    def undecided_reasons(self) -> dict[int, str]:
+        """Return by folding the reason of the first undecided simulation, of those that no springs deploy."""
+        trials = () if self.deployment is None else self.deployment.trials
+        undecided = [
+            trial for trial in trials if trial.status == "undecided" and self.folding_status[trial.folding] != "deploys"
+        ]
+        return {trial.folding: trial.reason for trial in reversed(undecided)}
+
 
 @dataclass(frozen=True)
 class Undecided:
