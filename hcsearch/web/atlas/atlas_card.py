@@ -8,6 +8,7 @@ from importlib.metadata import metadata, version
 from pathlib import Path
 from typing import Any
 
+from hcsearch.basics.vocabulary import listed
 from hcsearch.store.columns import Quantity
 from hcsearch.web.atlas.atlas_counts import COUNTED, BFile, SizeCounts
 from hcsearch.web.atlas.atlas_folder import REQUEST_KEY
@@ -38,8 +39,8 @@ def card_text(
         f"# {request.title}",
         "Flat arrays of equal thick panels that fold into two stacks. A design is a closed walk through all panels of "
         "an array (a Hamiltonian circuit), up to rotation and reflection. This atlas holds every design with "
-        f"{request.sizes[0][1]} to {request.n} panels on {_listed(request.grids)}, taken through the stages of the "
-        f"program hcsearch up to `{request.until}`. Verdicts are those of the scene `default`.",
+        f"{request.sizes[0][1]} to {request.n} panels on {listed(request.grids, 'and')}, taken through the stages of "
+        f"the program hcsearch up to `{request.until}`. Verdicts are those of the scene `default`.",
         _files(made, certificates),
         "## Counts\n\nWhere designs are undecided, the numbers of those that open are lower bounds.\n\n"
         + _count_table(request, counts),
@@ -106,10 +107,6 @@ def _version_table(request: AtlasRequest) -> str:
 def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     lines = [head, ["---"] * len(head), *([cell.replace("|", "\\|") for cell in row] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def _listed(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 def description_text(request: AtlasRequest, tables: Sequence[Path], others: Mapping[str, Sequence[str]]) -> str:

@@ -18,6 +18,7 @@ from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import Database, open_readonly
 from hcsearch.store.columns import DESIGN_QUANTITIES, FOLDING_QUANTITIES, Quantity
 from hcsearch.system.outputs import write_output
+from hcsearch.system.work_steps import work_step
 from hcsearch.web.player import player_script
 from hcsearch.web.player.player_page import as_script, digest_of
 from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch_report_data
@@ -142,6 +143,7 @@ SCRIPT_MODULES = (
 """Modules of the script, each after those that it uses."""
 
 
+@work_step("drawing the designs")
 def render_report(data: ReportData) -> str:
     """Return the HTML page of a report, without external resources and with all text escaped.
 
