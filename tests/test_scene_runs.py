@@ -16,6 +16,7 @@ from hcsearch.search.enumeration import search_all
 from hcsearch.search.pipeline import Plan, run_dry, run_into
 from hcsearch.search.pipeline.run_progress import SHARE
 from hcsearch.store import open_database, open_readonly, select, select_sql
+from tests.report.pages import data_of
 
 ROWS = "SELECT d.circuit, p.* FROM deployments AS p JOIN designs AS d ON d.id = p.design_id ORDER BY p.scene, d.circuit"
 
@@ -203,6 +204,19 @@ def test_a_file_is_a_scene_by_its_name(tmp_path):
     assert "a variant of a scene" in call(*words, "--scene", file, code=2)
     file.write_text('design = "hex:023350:1"\n', encoding="utf-8")
     assert "give it to hcsearch deploy" in call(*words, "--scene", file, code=2)
+
+
+def test_a_report_plays_first_the_motion_that_its_words_are_about(path, tmp_path):
+    file = tmp_path / "report.html"
+    call("report", "untwisted", "--db", path, "--output", file)
+    data = data_of(file.read_text(encoding="utf-8"))
+    (why,) = [text for text in data["foldings"]["why"] if text and text.startswith("flat after")]
+    (player,) = [player for player in data["players"] if player is not None]
+    assert player["axis"] == "time"
+    seconds = float(why.split()[2])
+    assert abs(player["at"][-1] - seconds) < 0.05 * seconds
+    assert "certified clear with panels" in why
+    assert not {"needed_margin", "least_gap", "min_clearance"} & set(data["card_columns"])
 
 
 class StopError(Exception):
