@@ -112,7 +112,8 @@ def test_a_terminal_shows_a_bar_of_shares_alone(monkeypatch):
         meter(1, 4, "circuits")
         assert "0/4 batch [" in terminal.getvalue()
         assert "%" not in terminal.getvalue()
-        meter(30, 120, "motion, 30 of 40 foldings", SHARE)
+        for _ in range(2):  # the second call shows the note of the first
+            meter(30, 120, "motion, 30 of 40 foldings", SHARE)
     assert re.search(r" 24%\|.*\| \[\d\d:\d\d<.*, motion, 30 of 40 foldings\]", terminal.getvalue())
 
 
