@@ -42,6 +42,7 @@ nb_execution_mode = "cache"
 nb_execution_cache_path = "docs/_build/notebooks"
 nb_execution_in_temp = True  # they write files
 nb_execution_raise_on_error = True
+nb_execution_timeout = 900  # s for a cell: on a loaded machine without kernels the default of 30 s does not suffice
 
 default_role = "py:obj"
 highlight_language = "text"

@@ -11,6 +11,7 @@ import pytest
 from filelock import FileLock
 from hypothesis import settings
 
+from hcsearch.cli import progress
 from tests.faults.summary import pytest_terminal_summary
 
 __all__ = ["pytest_terminal_summary"]
@@ -20,6 +21,9 @@ EXTRAS = (
     *("psutil", "psycopg", "trimesh", "waitress", "werkzeug"),
 )
 """Modules of extras and dependency groups; but pyarrow and sphinx, which pandas and SciPy take where installed."""
+
+# Tests of lines on progress set a time of their own; others compare standard error, however slow the machine is.
+progress._LINE_SECONDS = 3600.0
 
 # the first example of a test may compile a kernel
 settings.register_profile("hcsearch", deadline=None)

@@ -104,14 +104,15 @@ def test_kernels_are_compiled_ahead_only_where_a_run_needs_them_and_they_are_mis
         assert len(samples) == 1  # they are ready
 
 
-def test_a_terminal_names_what_is_compiled_and_a_pipe_does_not(monkeypatch):
+def test_a_terminal_says_that_kernels_are_compiled_and_a_pipe_does_not_at_once(monkeypatch):
     monkeypatch.setattr(progress, "_FIRST_NOTE_SECONDS", 0.01)
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
     everything = under_way.missing_stamps([insert_fingerprints]) | {"one", "two"}
     monkeypatch.setattr(under_way._State, "missing", everything)
     under_way.set_current_kernel(fingerprint_rows)
     done = len(everything) - len(under_way.uncompiled_stamps(everything))
-    line = f"\rcompiling kernels, {done} of {len(everything)}: fingerprint"
+    monkeypatch.setattr(under_way._State, "before", 7)  # compiled for earlier calls: the count never falls
+    line = f"\rcompiling kernels, {7 + done} done"
     with progress.ProgressMeter("batch"):
         begin = time.monotonic()
         while line not in terminal.getvalue() and time.monotonic() < begin + 20:
@@ -120,6 +121,7 @@ def test_a_terminal_names_what_is_compiled_and_a_pipe_does_not(monkeypatch):
     assert terminal.getvalue().endswith(" \r")
     under_way.end_compilation()
     assert under_way.compilation_under_way() is None
+    assert under_way._State.before == 7 + done
     monkeypatch.setattr(sys, "stderr", pipe := io.StringIO())
     under_way.set_current_kernel(fingerprint_rows)
     with progress.ProgressMeter("batch") as meter:

@@ -132,6 +132,36 @@ def test_conditions_need_no_quotes(run, database, command):
     assert either.stdout == run(command, "(symmetry>1 or untwisted)", *more).stdout
 
 
+@pytest.mark.parametrize(
+    ("query", "line"),
+    [
+        ("n>8", "the greatest n here is 8"),
+        ("n < 8", "the least n here is 8"),
+        ("n=10", "n is 8 here"),
+        ("symmetry=7", "symmetry is from 1 to 12 here"),
+        ("min_twist>=5 untwisted", "the greatest min_twist here is 0"),
+        ("min_twist>=5 grid=hex", "the greatest min_twist here is 1"),
+        ("deploy_time<1", "deploy_time is not known here"),
+        ("fits=10x10x34", "the smallest folded array here is 173.2x100x24 mm, and sizes are in mm"),
+        ("grid=square", "grid is hex here"),
+        ("n=10 min_twist=1", "n is 8 here"),
+        ("n>9 symmetry>100", "the greatest n here is 8 and the greatest symmetry here is 12"),  # no row has either
+    ],
+)
+def test_an_empty_table_names_the_ranges_of_what_is_compared(run, database, query, line):
+    done = run("query", query, "--db", database, "--format", "csv", "-c", "id")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "id\n", f"no design: {line}\n")
+    assert run("query", query, "--db", database, "--output", "none.csv", "--format", "csv").stderr == done.stderr
+    assert Path("none.csv").read_text(encoding="utf-8").count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "words", [("n=8", "--limit", "0"), ("not grid=hex",), ("--sql", "SELECT id FROM designs WHERE n > 9")]
+)
+def test_other_empty_tables_say_nothing(run, database, words):
+    assert run("query", *words, "--db", database).stderr == ""
+
+
 def test_a_report_needs_no_quotes_either(run, database):
     for name, words in (("a", ("n=8", "untwisted")), ("b", ("n=8 untwisted",))):
         assert run("report", *words, "--db", database, "--output", f"{name}.html").stdout == f"{name}.html\n"

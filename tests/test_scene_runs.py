@@ -14,7 +14,9 @@ from hcsearch.designs.panel_sizes import read_panel
 from hcsearch.scenes import SCENES, with_panel
 from hcsearch.search.enumeration import search_all
 from hcsearch.search.pipeline import Plan, run_dry, run_into
+from hcsearch.search.pipeline.run_progress import SHARE
 from hcsearch.store import open_database, open_readonly, select, select_sql
+from tests.report.pages import data_of
 
 ROWS = "SELECT d.circuit, p.* FROM deployments AS p JOIN designs AS d ON d.id = p.design_id ORDER BY p.scene, d.circuit"
 
@@ -204,6 +206,19 @@ def test_a_file_is_a_scene_by_its_name(tmp_path):
     assert "give it to hcsearch deploy" in call(*words, "--scene", file, code=2)
 
 
+def test_a_report_plays_first_the_motion_that_its_words_are_about(path, tmp_path):
+    file = tmp_path / "report.html"
+    call("report", "untwisted", "--db", path, "--output", file)
+    data = data_of(file.read_text(encoding="utf-8"))
+    (why,) = [text for text in data["foldings"]["why"] if text and text.startswith("flat after")]
+    (player,) = [player for player in data["players"] if player is not None]
+    assert player["axis"] == "time"
+    seconds = float(why.split()[2])
+    assert abs(player["at"][-1] - seconds) < 0.05 * seconds
+    assert "certified clear with panels" in why
+    assert not {"needed_margin", "least_gap", "min_clearance"} & set(data["card_columns"])
+
+
 class StopError(Exception):
     pass
 
@@ -212,7 +227,7 @@ def stopping(after):
     """Progress that ends the run once some pieces are done."""
 
     def show(done, total, note, unit="batch"):
-        if unit == "folding" and done >= after:
+        if unit == SHARE and done >= 2 * after:  # of two stages
             raise StopError
 
     return show
@@ -259,9 +274,12 @@ def test_progress_and_times_are_known_beforehand(tmp_path, monkeypatch):
     plan = Plan(search_all(GRIDS["square"], 8, "untwisted"), "deployment", "untwisted")
     run_dry(plan, show, said.append)
     assert seen[0][:2] == (0, len(plan.search.prefixes))
-    deployments = [entry for entry in seen if entry[3] == "folding"]
-    assert deployments[0][0] == 0
-    assert deployments[-1][0] == deployments[-1][1] > 0
-    assert all(entry[2].startswith("deployment, ") for entry in deployments)
+    judging = [entry for entry in seen if entry[3] == SHARE]
+    assert judging[0][0] == 0
+    assert judging[-1][0] == judging[-1][1] > 0
+    assert [entry[0] for entry in judging] == sorted(entry[0] for entry in judging)
+    foldings = judging[0][1] // 2
+    assert judging[0][2] == f"motion, 0 of {foldings} foldings"
+    assert judging[-1][2] == f"deployment, {foldings} of {foldings} foldings"
     (sentence,) = said
-    assert sentence.startswith(f"{deployments[0][1]} foldings to judge in the scene default: about ")
+    assert sentence.startswith(f"{foldings} foldings to judge in the scene default: about ")

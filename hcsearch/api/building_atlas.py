@@ -10,11 +10,14 @@ from hcsearch.api.enumerating import plan_enumeration, run_enumeration
 from hcsearch.api.kinds import check_kinds
 from hcsearch.designs.grid import GRIDS
 from hcsearch.search.pipeline import Plan, WorkerPool
-from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress
+from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress, part_of_progress, parts_of_work
 from hcsearch.store import check_parquet
 from hcsearch.web.atlas.atlas_files import Atlas, atlas_in, write_atlas
 from hcsearch.web.atlas.atlas_folder import open_atlas_folder
 from hcsearch.web.atlas.atlas_request import AtlasRequest, atlas_request
+
+_SEARCH_SHARE = 0.3
+"""Share of the time of the searches where certificates follow, which take most of it."""
 
 
 def build_atlas(
@@ -65,9 +68,18 @@ def build_atlas(
     with open_atlas_folder(path, request) as folder:
         if not folder.is_complete:
             source = folder.work / "designs.sqlite"
-            for plan in plans:
-                run_enumeration(plan, source, show, announce)
-            write_atlas(folder, source, request, workers, show)
+            end = _SEARCH_SHARE if request.has_run("motion") else 1.0
+            for plan, bounds in zip(
+                plans,
+                parts_of_work(((plan.search.expected or 1.0) * plan.search.n for plan in plans), end),
+                strict=True,
+            ):
+                name = f"{plan.search.grid.name} n = {plan.search.n}"
+                shares_alone = bool(plan.scene_stages)
+                part = part_of_progress(show, name, *bounds, shares_alone=shares_alone)
+                run_enumeration(plan, source, part, announce)
+            certificates = part_of_progress(show, "certificates", end, 1.0, shares_alone=False)
+            write_atlas(folder, source, request, workers, certificates)
     return atlas_in(folder)
 
 

@@ -13,9 +13,10 @@ from hcsearch.basics.vocabulary import Keep
 from hcsearch.designs.grid import Array, Grid
 from hcsearch.designs.grid.sequences import polygon_sequence
 from hcsearch.search.enumeration import ArraySearch, Search, count_array
+from hcsearch.search.enumeration.frontier_counts import expected_circuits
 from hcsearch.search.enumeration.growth import POLYGON_EXPONENT, Growth, fit_growth
 from hcsearch.search.pipeline import DesignCount, count_designs, counting_seconds, duration_text
-from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress
+from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress, part_of_progress, parts_of_work
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -247,30 +248,21 @@ def _count_sizes(
         twice = next(n for n in ordered if list(sizes).count(n) > 1)
         raise HcsearchError(f"n = {twice} is given twice: give each number once")
 
-    def counted(n: int, kept: Keep) -> CircuitCount:
-        return _count_one(grid, n, None, kept, jobs, scheduler, _noting(progress, n), announce)
+    def counted(n: int, kept: Keep, begin: float, end: float) -> CircuitCount:
+        show = None if progress is None else part_of_progress(progress, f"n = {n}", begin, end, shares_alone=False)
+        return _count_one(grid, n, None, kept, jobs, scheduler, show, announce)
 
     pairs = []
-    for search in searches:
-        chosen = counted(search.n, keep)
+    parts = parts_of_work(expected_circuits(search.grid, search.n) for search in searches)
+    for search, (begin, end) in zip(searches, parts, strict=True):
+        chosen = counted(search.n, keep, begin, end)
         everything: CircuitCount | None = chosen
         if keep != "all":
             alone = chosen_search(grid, search.n, None, "all")
             few = alone.expected is not None and alone.expected < _LISTED_BESIDE
-            everything = counted(search.n, "all") if few else None
+            everything = counted(search.n, "all", end, end) if few else None
         pairs.append((everything, chosen))
     return CountTable(searches[0].grid.name, keep, tuple(_rows(pairs, keep)))
-
-
-def _noting(progress: RunProgress | None, n: int) -> RunProgress | None:
-    """Progress whose notes begin with n."""
-    if progress is None:
-        return None
-
-    def noted(done: int, total: int, note: str, unit: str = "batch") -> None:
-        progress(done, total, f"n = {n}, {note}", unit)
-
-    return noted
 
 
 def _rows(pairs: Sequence[tuple[CircuitCount | None, CircuitCount]], keep: Keep) -> Iterator[CountRow]:

@@ -72,7 +72,7 @@ def enumerate_into(
     array
         The array to search, in place of n: an Array, or a text such as `3-4-3`.
     until
-        The last stage: `circuits`, `foldings`, `twist`, `mobility`, `motion` or `deployment`.
+        The last stage: `circuits`, `foldings`, `twist`, `mobility`, `motion`, `deployment` or `flight`, the default.
     keep
         Which designs are stored, `all`, `two-stack` or `untwisted`.
     scene, panel

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +27,9 @@ from hcsearch.store import (
     stream_sql,
 )
 from hcsearch.store.columns import RANKING_CRITERIA
+from hcsearch.store.empty_results import empty_result_reason
+from hcsearch.store.rows import ResultRow
+from hcsearch.system.terminal import write_notice
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,6 +74,24 @@ class Query:
             view=self.view,
             scene=self._scene(database, self.view in SCENIC),
         )
+
+    @contextmanager
+    def noticed_rows(self, database: Database) -> Iterator[Rows]:
+        """The same rows; where there are none, a line on stderr says which ranges the compared columns have."""
+        count = 0
+
+        def chunks(rows: Rows) -> Iterator[Sequence[ResultRow]]:
+            nonlocal count
+            for chunk in rows.chunks:
+                count += len(chunk)
+                yield chunk
+
+        with self.rows(database) as rows:
+            yield replace(rows, chunks=chunks(rows))
+        if not count and self.sql is None and self.limit != 0:
+            scene = self._scene(database, self.view in SCENIC)
+            reason = empty_result_reason(database, self.conditions, self.view, scene)
+            write_notice(reason and f"no design: {reason}")
 
     def _scene(self, database: Database, scenic: bool) -> str:
         """The scene that is asked for; scenic : whether what is read depends on one, where none is named."""
@@ -209,7 +230,7 @@ def ranking_text(ranked: RankedDesigns, style: str, *, pareto: bool, limit: int 
 
 def query_text(selection: Query, db: Place, style: str) -> Iterator[str]:
     """Yield the rows that a query selects as pieces of text in a style."""
-    with reading_database(db) as database, selection.rows(database) as rows:
+    with reading_database(db) as database, selection.noticed_rows(database) as rows:
         yield from format_rows(rows, style)
 
 
@@ -224,5 +245,5 @@ def undecided_notices(selection: Query, db: Place) -> tuple[str, ...]:
 
 def save_query(selection: Query, db: Place, style: str, path: str | Path) -> None:
     """Write the rows that a query selects to a file in a style."""
-    with reading_database(db) as database, selection.rows(database) as rows:
+    with reading_database(db) as database, selection.noticed_rows(database) as rows:
         save_rows(rows, style, Path(path))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal, get_args
 
 Keep = Literal["all", "two-stack", "untwisted"]
@@ -16,6 +17,10 @@ FOLDING_STATUSES = (*STATUSES, "twisted")
 """Statuses of any folding."""
 DESIGN_STATUSES = (*FOLDING_STATUSES, "no_folding")
 """Statuses of a design."""
+
+StageName = Literal["circuits", "foldings", "twist", "mobility", "motion", "deployment", "flight"]
+STAGE_NAMES: tuple[StageName, ...] = get_args(StageName)
+"""Stages of the search, in the order in which they run."""
 
 StatusEvidence = Literal["deployment", "path_proved", "path_met", "no_path_met", "kept_apart", "locked_at_end", "twist"]
 STATUS_EVIDENCE: tuple[StatusEvidence, ...] = get_args(StatusEvidence)
@@ -68,6 +73,11 @@ MILLIMETRE_DECIMALS = 6
 def counted(count: int, noun: str) -> str:
     """Return a number of things in words, such as `1 hinge` and `2 hinges`."""
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(words: Sequence[str], joined_by: str) -> str:
+    """Return words as a list in a sentence, such as `path, lock or neither`."""
+    return f" {joined_by} ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def millimetres(length: float | None) -> float | None:

@@ -27,6 +27,7 @@ from hcsearch.cli.follow import motion_
 from hcsearch.cli.identify import identify
 from hcsearch.cli.init import init
 from hcsearch.cli.options import examples_epilog
+from hcsearch.cli.progress import ProgressMeter
 from hcsearch.cli.prove import prove, verify
 from hcsearch.cli.query import query
 from hcsearch.cli.rank import rank
@@ -39,6 +40,8 @@ from hcsearch.cli.units import units
 from hcsearch.system.interrupts import exit_interrupted
 
 _ADDED = "hcsearch.commands"
+_WAITING = ("serve",)
+"""Commands that wait for others most of their time."""
 _PIPE_CODE = 128 + 13  # exit code of SIGPIPE in shells
 
 
@@ -80,12 +83,15 @@ class _Commands(click.Group):
     ),
 )
 @click.version_option(version("hcsearch"), prog_name="hcsearch")
-def hcsearch() -> None:
+@click.pass_context
+def hcsearch(context: click.Context) -> None:
     """Search for flat arrays of thick panels that fold into two stacks.
 
     `hcsearch COMMAND --help` describes a command. A design is named by its id in the database or by the notation of its
     circuit, as 17 or hex:0234550132; a folding by the lower of its two flat creases, as 17:4 or hex:0234550132:4.
     """
+    if context.invoked_subcommand is not None and context.invoked_subcommand not in _WAITING:
+        context.with_resource(ProgressMeter(doing=context.invoked_subcommand))
 
 
 for command in (

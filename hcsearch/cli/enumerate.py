@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.basics.vocabulary import STAGE_NAMES, listed
 from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples_epilog, target_options, worker_options
 from hcsearch.cli.progress import ProgressMeter
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 @click.option(
     "--until",
     metavar="STAGE",
-    help="The last stage: circuits, foldings, twist, mobility, motion or deployment.  [default: deployment]",
+    help=f"The last stage: {listed(STAGE_NAMES, 'or')}.  [default: {STAGE_NAMES[-1]}]",
 )
 @scene_options
 @click.option(
@@ -60,7 +61,7 @@ def enumerate_(
 
     search, workers = chosen_search(grid, n, array_spec, keep), chosen_workers(jobs, scheduler)
     plan = plan_enumeration(search, workers, db, keep=keep, **limits)
-    with ProgressMeter("batch") as meter, _compiling_ahead(plan):
+    with ProgressMeter("batch", parts=bool(plan.scene_stages)) as meter, _compiling_ahead(plan):
         done = run_enumeration(plan, db, meter, _announce, dry=dry_run)
     _print_summary(done)
     _announce_none(plan, done.summary.funnel)

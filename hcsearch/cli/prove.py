@@ -39,7 +39,6 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     from hcsearch.api import proving
 
     with ProgressMeter("step") as meter:
-        meter(0, 1, "proof")
         arguments = case_options(options) | ({} if budget is None else {"budget": budget})
         certificate = proving.prove(name, output, progress=meter, **arguments)
     for sentence in certificate.sentences:

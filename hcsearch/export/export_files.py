@@ -19,6 +19,7 @@ from hcsearch.designs.folding import Folding, split_crease
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat, FileContent
 from hcsearch.export.settings import SETTING_NAMES, ExportSettings, ExportState
+from hcsearch.system.work_steps import work_step
 
 
 def checked_export_settings(export_format: ExportFormat, values: Mapping[str, Any]) -> ExportSettings:
@@ -75,6 +76,7 @@ def _is_share(export_format: ExportFormat, state: ExportState) -> bool:
     return isinstance(state, float) and "state" in export_format.setting_names
 
 
+@work_step("writing the file")
 def export_contents(exported: Exported, export_format: ExportFormat, settings: ExportSettings) -> dict[str, bytes]:
     """Return the contents of all files of an export, by what follows the stem of their names; the main file first."""
     written = export_format.write(exported, settings)

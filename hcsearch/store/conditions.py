@@ -45,7 +45,7 @@ _CONDITION = re.compile(r"([A-Za-z_][A-Za-z_0-9]*)(?:(<=|>=|!=|=|<|>)(.*)|(?=[()
 _WORDS = ("and", "or", "not")
 FITS = "fits"
 """The condition on the three columns of the stowed box; no column has this name."""
-_STOWED_SIDES = ("stowed_length", "stowed_width", "stowed_height")
+STOWED_SIDES = ("stowed_length", "stowed_width", "stowed_height")
 _FIT_TOLERANCE_MM = 1e-6
 """By how much a box may be larger than an envelope into which it fits exactly: the rounding of the columns."""
 
@@ -225,7 +225,12 @@ def parse_query(query: str, view: str = "designs", scene: str = DEFAULT_SCENE_NA
     QueryError: a syntax error, an unknown column, a value that is no number where a
     number is needed. HcsearchError: an array or a circuit that cannot be read.
     """
-    return and_(true(), _condition(view_table(view, scene), view, parse_conditions(query, view), tuple(GRIDS)))
+    return condition_of(view_table(view, scene), view, parse_conditions(query, view))
+
+
+def condition_of(source: FromClause, view: str, tree: ConditionTree) -> ColumnElement[bool]:
+    """Return the SQL condition of a parsed query. source : of `view_table`."""
+    return and_(true(), _condition(source, view, tree, tuple(GRIDS)))
 
 
 def _condition(source: FromClause, view: str, tree: ConditionTree, grids: Sequence[str]) -> ColumnElement[bool]:
@@ -259,7 +264,7 @@ def _names_grid(condition: Condition) -> bool:
 
 def _compared(source: FromClause, view: str, condition: Condition, grids: Sequence[str]) -> ColumnElement[bool]:
     name, sign, value = condition.name, condition.sign, condition.value
-    if name.lower() == FITS and set(_STOWED_SIDES) <= set(column_names(view)):
+    if name.lower() == FITS and set(STOWED_SIDES) <= set(column_names(view)):
         return _fitted(source, condition)
     quantity = find_quantity(view, name)
     source_column = source.c[name]
@@ -279,7 +284,7 @@ def _fitted(source: FromClause, condition: Condition) -> ColumnElement[bool]:
     """Return the condition that the stowed box goes into an envelope, or with `!=` that it does not."""
     if condition.sign not in ("=", "!=") or not condition.value:
         raise QueryError(f"{condition.text!r} names no envelope by = or !=: write fits=3U, or fits=340x640x130 in mm")
-    sides = [source.c[name] for name in _STOWED_SIDES]
+    sides = [source.c[name] for name in STOWED_SIDES]
     laid = (
         and_(*(side <= literal(room + _FIT_TOLERANCE_MM) for side, room in zip(sides, rooms, strict=True)))
         for rooms in box_placements(envelope_sides(condition.value))

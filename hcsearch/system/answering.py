@@ -1,6 +1,6 @@
 """The main loop of a worker process, which executes calls and sends their results.
 
-Nothing else is imported here: a module that cannot be imported is then reported as the answer to a call.
+Little else is imported here: a module that cannot be imported is then reported as the answer to a call.
 """
 
 from __future__ import annotations
@@ -13,12 +13,15 @@ import threading
 import traceback
 from multiprocessing.connection import Connection
 
+from hcsearch.system.work_steps import hearing_work
+
 
 def answer_calls(requests: Connection) -> None:
     """Execute calls from a pipe until it is closed.
 
-    A request is a function with its arguments; the answer is a flag of success with the result or the exception. SIGINT
-    is ignored, since the parent process handles it; the worker ends when its parent does.
+    A request is a function with its arguments; the answer is a flag of success with the result or the exception. Before
+    it, each step of the work is sent, with None in place of the flag. SIGINT is ignored, since the parent process
+    handles it; the worker ends when its parent does.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
@@ -28,16 +31,23 @@ def answer_calls(requests: Connection) -> None:
         parent.join()
         os._exit(1)
 
+    def send_step(words: str, count: int) -> None:
+        with sending:
+            requests.send_bytes(pickle.dumps((None, (words, count))))
+
+    sending = threading.Lock()  # steps are reported by all threads of a call
     threading.Thread(target=watch, daemon=True).start()
     try:
         while True:
             request = requests.recv_bytes()
             try:
                 call, arguments, options = pickle.loads(request)
-                reply = pickle.dumps((True, call(*arguments, **options)))
+                with hearing_work(send_step):
+                    reply = pickle.dumps((True, call(*arguments, **options)))
             except Exception as error:
                 reply = pickle.dumps((False, _to_be_sent(error)))
-            requests.send_bytes(reply)
+            with sending:
+                requests.send_bytes(reply)
     except (EOFError, ConnectionError):
         return  # the parent has closed the pipe
 

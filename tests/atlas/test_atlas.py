@@ -22,7 +22,7 @@ from hcsearch.basics.errors import NotationError, OutputError, SizeError
 from hcsearch.cli import hcsearch
 from hcsearch.designs.grid import GRIDS
 from hcsearch.motion.certificates.certifying import verify_certificate
-from hcsearch.store import open_readonly, select
+from hcsearch.store import open_readonly, select, select_sql
 from hcsearch.store.columns import VIEWS
 from hcsearch.web.atlas.atlas_tables import table_columns
 from tests import golden
@@ -220,6 +220,22 @@ def test_parquet_partitions_hold_the_views(small):
             assert rows == select(database, view=view, columns=names).records()
             schemas = [one.physical_schema for one in found.get_fragments()]
             assert all(schema.equals(schemas[0], check_metadata=True) for schema in schemas)
+
+
+def test_pandas_reads_numbers_of_panels_as_numbers(small):
+    import pandas as pd
+
+    for view in ("designs", "foldings"):
+        table = pd.read_parquet(small.path / view)
+        assert pd.api.types.is_integer_dtype(table.n)
+        assert not isinstance(table.grid.dtype, pd.CategoricalDtype)
+        with open_readonly(small.path / "atlas.sqlite") as database:
+            joined = f"{view} AS v JOIN designs AS d ON d.id = v.{table.columns[0]}"
+            (count,) = select_sql(database, f"SELECT count(*) FROM {joined} WHERE d.n >= 7").rows[0]
+        assert len(table[table.n >= 7]) == count > 0
+        some = pd.read_parquet(small.path / view, filters=[("grid", "==", "hex"), ("n", ">", 6)])
+        assert len(some) == ((table.grid == "hex") & (table.n > 6)).sum() > 0
+        assert list(table[table.columns[0]]) == sorted(table[table.columns[0]])  # files are in the order of sizes
 
 
 def test_ids_are_in_the_order_of_grid_size_and_circuit(small):

@@ -11,18 +11,20 @@ from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
 
 
 class Compilation(NamedTuple):
-    """Progress of a compilation: kernels compiled, kernels needed, and name of the current one."""
+    """Progress of a compilation: kernels compiled, kernels needed, name of the current one, kernels compiled before."""
 
     done: int
     total: int
     name: str
+    before: int
 
 
 class _State:
-    """Compilation for a call from Python: stamps missing at its start, and name of the current kernel."""
+    """Compilation for a call from Python: stamps missing at its start, name of the current kernel; kernels before."""
 
     missing: frozenset[str] = frozenset()
     name: str = ""
+    before: int = 0
 
 
 def start_compilation(kernel: Any) -> None:
@@ -37,13 +39,19 @@ def set_current_kernel(kernel: Any) -> None:
 
 def end_compilation() -> None:
     """End the compilation for a call from Python."""
+    _State.before += _done(_State.missing)
     _State.missing, _State.name = frozenset(), ""
 
 
 def compilation_under_way() -> Compilation | None:
     """Return the progress of the compilation in this process, waiting included; None if there is none."""
     name, missing = _State.name, _State.missing
-    return Compilation(len(missing - uncompiled_stamps(missing)), len(missing), name) if name and missing else None
+    return Compilation(_done(missing), len(missing), name, _State.before) if name and missing else None
+
+
+def _done(stamps: frozenset[str]) -> int:
+    """Return how many of some stamps a process has compiled."""
+    return len(stamps - uncompiled_stamps(stamps)) if stamps else 0
 
 
 def missing_stamps(kernels: Iterable[Any]) -> frozenset[str]:

@@ -36,6 +36,7 @@ from hcsearch.motion.planning.schedule import (
 from hcsearch.motion.planning.simple_moves import simple_path
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
+from hcsearch.system.work_steps import work_step
 
 MAX_FAILED_PROOFS = 3
 """Greatest number of failed proofs in each way of an effort: other seeds hardly help then."""
@@ -182,7 +183,7 @@ class _Search:
         """Make the efforts of a budget after the first `done`; return the motion of the least play, or a lock."""
         for effort in planned_efforts(budget, done):
             done += 1
-            if any(self._run_step(step) for step in effort):
+            if any(self._run_named(step, done) for step in effort):
                 break
         # of the widest ways, where all ways were searched: a search that goes on knows no others
         shown_ways = [way for way in self.widest if way in self.growths] or list(self.growths)
@@ -190,6 +191,10 @@ class _Search:
         locks = tuple(self.locks.items())
         known = replace(self.best, locks=locks, locked=self.locked, critical=self.critical)
         return replace(known, growths=growths, efforts=done)
+
+    def _run_named(self, step: EffortStep, effort: int) -> bool:
+        with work_step(f"effort {effort}: {step.words}"):
+            return self._run_step(step)
 
     @property
     def locked(self) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count, islice
+from typing import ClassVar
 
 from hcsearch.basics.errors import HcsearchError
 
@@ -17,6 +18,7 @@ from hcsearch.basics.errors import HcsearchError
 class MovesStep:
     """Simple moves in every way. loose : whether the margin is the greatest; else the least that is stated."""
 
+    words: ClassVar[str] = "trying simple moves"
     loose: bool
 
 
@@ -28,6 +30,7 @@ class FloodStep:
     through each other, at the greatest margin.
     """
 
+    words: ClassVar[str] = "searching for a proof of a lock"
     boxes: int
     panels: bool = False
 
@@ -41,6 +44,7 @@ class TreeStep:
     search. roots : number of junctions as further roots of trees.
     """
 
+    words: ClassVar[str] = "searching for a path"
     widest: bool
     loose: bool
     rounds: int
@@ -51,6 +55,8 @@ class TreeStep:
 @dataclass(frozen=True)
 class BisectionStep:
     """Search for the critical margin."""
+
+    words: ClassVar[str] = "searching for the least play"
 
 
 EffortStep = MovesStep | FloodStep | TreeStep | BisectionStep

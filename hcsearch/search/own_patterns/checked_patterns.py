@@ -17,12 +17,11 @@ from hcsearch.scenes.setup import setup_of_scene
 from hcsearch.search.own_patterns.drawn_linkages import longest_edge
 from hcsearch.search.own_patterns.fold_reading import STRAIGHT_SIDE_SHARE
 from hcsearch.search.own_patterns.packed_states import PackedPattern
+from hcsearch.search.stages.order import FOLDING_STAGES
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import without_straight_corners
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 
-PATTERN_STAGES = ("mobility", "motion", "deployment")
-"""Stages of a check, in order; later ones are left out where the pattern is locked or has no packed state."""
 MAX_BRANCHING_DOF = 4
 """Greatest number of first-order motions of a flat state among which finite ones are searched for."""
 
@@ -159,22 +158,25 @@ def check_pattern(
     scene: Scene,
     progress: Callable[[int, int, str], None] = lambda _done, _total, _stage: None,
 ) -> CheckedPattern:
-    """Take a drawn pattern through mobility, motion and deployment in a scene.
+    """Take a drawn pattern through the stages of a folding in a scene, until one shows that it is locked.
 
     progress : called with the stages done, their number, and the next one. SizeError as of `plan_linkage_motion`.
     """
-    total = len(PATTERN_STAGES)
-    progress(0, total, PATTERN_STAGES[0])
+
+    def begin(stage: str) -> None:
+        progress(FOLDING_STAGES.index(stage), len(FOLDING_STAGES), stage)
+
+    begin("mobility")
     linkage = Linkage(packed.pattern)
     setup = setup_of_scene(scene, linkage)  # a scene that names an unknown hinge is refused before the work
     checked = pattern_mobility(name, packed, scene)
     if checked.locks or not packed.packed:
         return checked
-    progress(1, total, PATTERN_STAGES[1])
+    begin("motion")
     motion = plan_linkage_motion(linkage, scene.margin)
     if motion.locked:
         return replace(checked, motion=motion)
-    progress(2, total, PATTERN_STAGES[2])
+    begin("deployment")
     return replace(checked, motion=motion, deployment=simulate_deployment(linkage, setup))
 
 

@@ -14,7 +14,7 @@ from hcsearch.designs.folding import Folding, representatives
 from hcsearch.designs.records import CircuitBatch, StagedDesigns, play_of_batch
 from hcsearch.motion.planning.problems import check_memory
 from hcsearch.scenes import Scene, check_verdicts, panel_of
-from hcsearch.search.stages.order import STAGES
+from hcsearch.search.stages.order import FOLDING_STAGES, STAGES
 from hcsearch.search.stages.stage import run_stages
 from hcsearch.search.stages.statuses import folding_statuses
 
@@ -112,9 +112,9 @@ def check_circuit(
     for first in np.unique(representative_of):  # congruent foldings are judged together
         congruent = untwisted_rows[representative_of == first]
         class_designs = designs.take(np.ones(1, bool), np.isin(np.arange(len(untwisted)), congruent))
-        for stage in (STAGES[name] for name in ("mobility", "motion", "deployment")):
-            progress(done, len(untwisted_rows), stage.name)
-            class_designs, _ = run_stages(class_designs, [stage], scene)
+        for name in FOLDING_STAGES:
+            progress(done, len(untwisted_rows), name)
+            class_designs, _ = run_stages(class_designs, [STAGES[name]], scene)
         verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, class_designs, scene)}
         done += len(congruent)
     return CheckedCircuit(circuit, scene, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))

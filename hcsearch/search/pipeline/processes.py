@@ -19,6 +19,7 @@ from queue import SimpleQueue
 from typing import Any
 
 from hcsearch.system.answering import answer_calls
+from hcsearch.system.work_steps import tell_listeners
 
 
 class DeadWorkerError(BrokenExecutor):
@@ -63,6 +64,9 @@ class ProcessExecutor(Executor):
         try:
             worker.send(request)
             succeeded, result = worker.recv()
+            while succeeded is None:
+                tell_listeners(*result)
+                succeeded, result = worker.recv()
         except (EOFError, ConnectionError) as error:
             raise DeadWorkerError from error
         finally:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +31,13 @@ from hcsearch.search.pipeline.judging import (
     settling_tasks,
     unfinished_shards,
 )
-from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress
+from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress, StageProgress
 from hcsearch.search.pipeline.shards import SMALL_CIRCUIT_COUNT, ShardJob, ShardOutput
 from hcsearch.search.pipeline.workers import WorkerPool
 from hcsearch.search.stages.order import STAGES, check_keep, stage_keeping, stage_numbers, stages_until
 from hcsearch.search.stages.stage import Stage
 from hcsearch.system.terminal import duration_text
+from hcsearch.system.work_steps import hearing_work
 
 SMALL_JUDGED_COUNT = 3_000  # circuits, where motions are searched for
 QUICK_CORE_SECONDS = 100.0  # core seconds below which threads suffice, since new processes first load kernels
@@ -185,8 +187,6 @@ class _Totals:
 
     def note(self, stage: Stage) -> str:
         """Describe the results up to a stage, for progress."""
-        if stage.passing_verb:
-            return f"{stage.name}, {self.passed.get(stage.name, 0):,} designs {stage.passing_verb}"
         return f"{stage.name}, {self.passed.get(_FIRST, 0):,} circuits"
 
     def funnel(self, plan: Plan, arrays: int) -> Funnel:
@@ -221,7 +221,7 @@ def run_dry(plan: Plan, progress: RunProgress | None = None, announce: AnnounceS
     pending = [piece for prefix in candidates for piece in candidate_pieces(prefix, candidates[prefix])]
     undecided_count = 0
     reasons: dict[object, str] = {}
-    for verdict in _judged(plan, pending, totals, show, announce):
+    for verdict in _judged(plan, pending, show, announce):
         totals.add(verdict.results, fresh=True)
         undecided_count += verdict.verdicts.folding_status.count("undecided")
         reasons |= {(verdict.key, folding): reason for folding, reason in verdict.verdicts.undecided_reasons().items()}
@@ -231,7 +231,7 @@ def run_dry(plan: Plan, progress: RunProgress | None = None, announce: AnnounceS
 
 
 def _judged(
-    plan: Plan, pieces_to_judge: list[CandidatePiece], totals: _Totals, show: RunProgress, announce: AnnounceSentence
+    plan: Plan, pieces_to_judge: list[CandidatePiece], show: RunProgress, announce: AnnounceSentence
 ) -> Iterator[JudgedPiece]:
     """Yield the verdicts on pieces, in order, by threads or processes; long work is announced."""
     if not pieces_to_judge:
@@ -247,12 +247,19 @@ def _judged(
             f"about {duration_text(seconds / jobs)} {workers}"
         )
     crew = WorkerPool() if use_threads else plan.crew
-    done, last = 0, plan.scene_stages[-1]
-    show(done, foldings, totals.note(last), "folding")
-    for _, verdict in crew.map_ordered(plan.judge, pieces_to_judge, parcel_size=1, threads=jobs if use_threads else 1):
-        yield verdict
-        done += verdict.foldings
-        show(done, foldings, totals.note(last), "folding")
+    yield from _judged_by(crew, plan.judge, pieces_to_judge, foldings, show, jobs if use_threads else 1)
+
+
+def _judged_by(
+    crew: WorkerPool, task: Judge | Settler, inputs: Sequence[Any], foldings: int, show: RunProgress, threads: int = 1
+) -> Iterator[JudgedPiece]:
+    """Yield the results of a task, in order, and show the stage at work and how many of all foldings are done in it."""
+    progress, done = StageProgress(show, [stage.name for stage in task.stages], foldings), 0
+    with hearing_work(progress.hear):
+        for _, verdict in crew.map_ordered(task, inputs, 1, threads, progress.show_state):
+            yield verdict
+            done += verdict.foldings
+            progress.finish(done)
 
 
 class _DistinctArrays:
@@ -376,7 +383,7 @@ class _Run:
         for done, (prefix, output) in enumerate(plan.listing_crew.map_ordered(relisting, unlisted), 1):
             assert output.candidates is not None
             self.candidates[prefix] = output.candidates
-            self.show(done, len(unlisted), "mobility, units that were listed before")
+            self.show(done, len(unlisted), "of an earlier run", "listed batch")
         all_pieces = [
             piece for prefix in unfinished_prefixes for piece in candidate_pieces(prefix, self.candidates[prefix])
         ]
@@ -384,7 +391,7 @@ class _Run:
             totals.add(finished[key], fresh=False)
         self.reused += len(finished)
         pending = [piece for piece in all_pieces if piece.key not in finished]
-        for verdict in _judged(plan, pending, totals, self.show, self.announce):
+        for verdict in _judged(plan, pending, self.show, self.announce):
             store.record_verdicts(
                 self.database, self.run_id, plan.judging_key, verdict.key, verdict.verdicts, verdict.results
             )
@@ -398,14 +405,14 @@ class _Run:
         if plan.budget is None:
             return
         pending = list(settling_tasks(store.undecided(self.database, plan.judging_key, plan.budget), plan.budget))
-        foldings, done = sum(len(task.foldings) for task in pending), 0
+        if not pending:
+            return
+        foldings = sum(len(task.foldings) for task in pending)
         settler = Settler(plan.scene, plan.scene_stages, plan.budget)
-        for _, verdict in plan.crew.map_ordered(settler, pending, parcel_size=1, threads=1):
+        for verdict in _judged_by(plan.crew, settler, pending, foldings, self.show):
             work = self.run_id, plan.judging_key, verdict.key
             totals.add(store.record_settled(self.database, *work, verdict.verdicts, verdict.results), fresh=True)
-            done += verdict.foldings
             self.done += 1
-            self.show(done, foldings, totals.note(plan.scene_stages[-1]), "folding")
 
 
 def _grouped(outputs: Iterable[tuple[str, ShardOutput]]) -> Iterator[list[RunBatch]]:

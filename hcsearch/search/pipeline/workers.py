@@ -109,13 +109,19 @@ class WorkerPool:
                 pass
 
     def map_ordered(
-        self, task: Callable[[P], T], inputs: Sequence[P], parcel_size: int = _MAX_PARCEL_INPUTS, threads: int = 1
+        self,
+        task: Callable[[P], T],
+        inputs: Sequence[P],
+        parcel_size: int = _MAX_PARCEL_INPUTS,
+        threads: int = 1,
+        waiting: Callable[[], None] = lambda: None,
     ) -> Iterator[tuple[P, T]]:
         """Yield each input with its result, in order; tasks for other processes are pickled.
 
         parcel_size : greatest number of inputs sent together; a kill loses only parcels whose results are not yet
         recorded.
-        threads : used where this process is the only worker.
+        threads : used where this process is the only worker. waiting : called several times a second while a result is
+        waited for, but not for those of a cluster.
 
         Raises ClusterError when workers die or the scheduler cannot be reached, and when a worker runs another program
         than this process did at the start, or this process does; results that were yielded before are valid.
@@ -126,7 +132,7 @@ class WorkerPool:
             executor = ThreadPoolExecutor(threads)
             try:
                 # some tasks wait, since results are recorded meanwhile and tasks differ in duration
-                for item, result in _in_order(executor, task, inputs, 2 * threads - 1):
+                for item, result in _in_order(executor, task, inputs, 2 * threads - 1, waiting):
                     if are_sources_mixed():
                         raise ClusterError(_CHANGED)
                     yield item, result
@@ -137,7 +143,7 @@ class WorkerPool:
             size = max(1, min(parcel_size, len(inputs) // (2 * _PARCELS_PER_WORKER * workers)))
             parcels = [inputs[start : start + size] for start in range(0, len(inputs), size)]
             for parcel_inputs, answer in _in_order(
-                _Packing(pool, expected), task, parcels, _PARCELS_PER_WORKER * workers
+                _Packing(pool, expected), task, parcels, _PARCELS_PER_WORKER * workers, waiting
             ):
                 if isinstance(answer, ProgramRefusal) or are_sources_mixed():
                     raise self._refused(answer)
@@ -182,7 +188,9 @@ class WorkerPool:
             pool.kill()
 
 
-def _in_order(pool: _Pool, task: Callable[..., Any], parcels: Sequence[P], ahead: int) -> Iterator[tuple[P, Any]]:
+def _in_order(
+    pool: _Pool, task: Callable[..., Any], parcels: Sequence[P], ahead: int, waiting: Callable[[], None]
+) -> Iterator[tuple[P, Any]]:
     submitted: deque[tuple[P, Future[Any]]] = deque()
     remaining = iter(parcels)
     try:
@@ -193,7 +201,7 @@ def _in_order(pool: _Pool, task: Callable[..., Any], parcels: Sequence[P], ahead
             if not submitted:
                 return
             parcel, future = submitted.popleft()
-            yield parcel, _result(future)
+            yield parcel, _result(future, waiting)
     finally:
         for _, future in submitted:
             future.cancel()
@@ -225,10 +233,10 @@ class _Packing:
         return self._pool.submit(run_packed_task, self._expected, packed_task(task, parcel))
 
 
-def _result(future: Future[T]) -> T:
+def _result(future: Future[T], waiting: Callable[[], None]) -> T:
     """Return the result of a future, waiting in short intervals so that an interrupt is noticed soon."""
     while isinstance(future, Future) and not wait((future,), _RESULT_POLL_SECONDS).done:
-        pass
+        waiting()
     return future.result()  # a future of a cluster can be interrupted
 
 

@@ -37,5 +37,4 @@ STAGE = Stage(
     base_stage=motion.STAGE,
     depends_on_scene=True,
     funnel_column="deploys",
-    passing_verb="deploy",
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -25,6 +26,7 @@ from hcsearch.motion.planning.schedule import DEFAULT_EFFORT_BUDGET
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.search.stages import mobility
 from hcsearch.search.stages.stage import Stage
+from hcsearch.system.work_steps import step_of_thread
 
 if TYPE_CHECKING:
     from hcsearch.motion.planning.motion_search import PlannedMotion
@@ -54,14 +56,18 @@ def motions_of_batch(
     batch_foldings = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
     representative_of = representatives(batch_foldings, foldings.row.tolist(), panel)
 
+    step, members = step_of_thread(), Counter(representative_of)
+
     def run(i: int) -> PlannedMotion | None:
         unlocked = [flat_pairs for flat_pairs in allowed if not locked[flat_pairs == "hinged"][i]]
         done = 0 if searched is None else int(searched[i])
-        return (
+        planned = (
             plan_motion(batch_foldings[i], panel, unlocked, scene.margin, budget=efforts, done=done)
             if unlocked
             else None
         )
+        step.advance(members[i])
+        return planned
 
     searched_foldings = sorted(set(representative_of))
     with ThreadPoolExecutor(threads) as pool:  # kernels release the GIL
@@ -138,5 +144,4 @@ STAGE = Stage(
     base_stage=mobility.STAGE,
     depends_on_scene=True,
     funnel_column="movable",
-    passing_verb="move",
 )

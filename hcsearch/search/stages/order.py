@@ -21,6 +21,10 @@ def stages_until(last: str) -> tuple[Stage, ...]:
     return tuple(STAGES[name] for name in names[: names.index(last) + 1])
 
 
+FOLDING_STAGES = tuple(stage.name for stage in stages_until("deployment")[len(stages_until("twist")) :])
+"""Names of the stages that judge an untwisted folding, or a pattern, of its own."""
+
+
 def stage_numbers(stages: Iterable[Stage]) -> dict[str, int]:
     """Return the version numbers under which finished work of stages is stored, by name."""
     return {stage.name: stage.stored_version for stage in stages}

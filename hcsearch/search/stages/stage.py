@@ -10,6 +10,7 @@ from hcsearch.basics.array_values import Flags
 from hcsearch.basics.vocabulary import Keep
 from hcsearch.designs.records import StagedDesigns, StageResult
 from hcsearch.scenes import Scene
+from hcsearch.system.work_steps import work_step
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,7 @@ class Stage:
     run : (designs with the columns of earlier stages, scene) -> designs with its columns added.
     passed : (the same designs, scene) -> which designs pass, shape (n_circuits,).
     depends_on_scene : whether results depend on the scene. keep : value of `--keep` for designs that pass.
-    funnel_column : column of the funnel with the count that pass. passing_verb : what passing designs do, for people.
+    funnel_column : column of the funnel with the count that pass.
     """
 
     name: str
@@ -32,7 +33,6 @@ class Stage:
     depends_on_scene: bool = False
     keep: Keep | None = None
     funnel_column: str = ""
-    passing_verb: str = ""
 
     @property
     def stored_version(self) -> int:
@@ -58,7 +58,10 @@ def run_stages(
     clock = time.perf_counter() if start_time is None else start_time
     results = []
     for stage in stages:
-        designs = stage.run(designs, scene)
+        with work_step(stage.name) as step:
+            designs = stage.run(designs, scene)
+            if stage.depends_on_scene:
+                step.advance(len(designs.folded) - step.done)
         passed = stage.passed(designs, scene)
         now = time.perf_counter()
         results.append((stage, _result(stage, designs, passed, now - clock)))

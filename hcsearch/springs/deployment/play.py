@@ -20,6 +20,7 @@ from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, TOUCHING_DI
 from hcsearch.motion.collision.panel_reaches import slack_of
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.dynamics.time_integration import Motion, closed_between
+from hcsearch.system.work_steps import work_step
 
 
 class DeploymentCourse(NamedTuple):
@@ -62,6 +63,7 @@ class Play:
         return self.least_gap if self.least_gap is not None and self.least_gap < 0.0 else gap
 
 
+@work_step("computing the play")
 def play_of_deployment(compiled: CompiledScene, motion: Motion, least_margin: float = 0.0) -> Play:
     """Compute the play of a motion that is certified clear; least_margin : as of `needed_margin_of`."""
     path = course_of_deployment(compiled, motion)

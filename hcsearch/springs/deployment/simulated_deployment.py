@@ -35,6 +35,7 @@ from hcsearch.springs.deployment.outcomes import (
 from hcsearch.springs.deployment.play import Play, course_of_deployment, play_of_deployment
 from hcsearch.springs.dynamics.position_control import DrivenMotion, simulate_driven
 from hcsearch.springs.dynamics.time_integration import Motion, greatest_opening, loose_states, simulate_system
+from hcsearch.system.work_steps import work_step
 
 DRIVEN_STEP_TOLERANCE = 1e-5
 """Error tolerance of a step under control, relative and absolute."""
@@ -148,6 +149,7 @@ def simulate_deployment(
     return simulate_compiled(compiled, method=method, tolerance=tolerance, certified=certified, max_steps=max_steps)
 
 
+@work_step("simulating the motion")
 def simulate_compiled(
     compiled: CompiledScene,
     *,
@@ -193,6 +195,7 @@ def compile_driven(
     return replace(compiled, start=drives.start_in(compiled))
 
 
+@work_step("simulating the drives")
 def simulate_driven_scene(
     compiled: CompiledScene,
     drives: Drives,
@@ -233,6 +236,7 @@ def simulate_driven_scene(
     return deployment_of_motion(compiled, driven.motion, seconds, certified=certified, driven=driven)
 
 
+@work_step("certifying the clearance")
 def deployment_of_motion(
     compiled: CompiledScene,
     motion: Motion,

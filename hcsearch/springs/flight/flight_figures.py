@@ -21,8 +21,10 @@ from hcsearch.springs.flight.path_margins import PathMargins, margins_along
 from hcsearch.springs.flight.shape_errors import shape_errors
 from hcsearch.springs.flight.stowage import stowage_of
 from hcsearch.springs.flight.travel import Travel
+from hcsearch.system.work_steps import work_step
 
 
+@work_step("computing the figures of the motion")
 def figures_of(travel: Travel) -> FlightNumbers:
     """Return the figures of a folding in a scene; those of its motion only where there is one."""
     figures = _stowage(travel) | _shape(travel) | _modes(travel)

@@ -24,6 +24,7 @@ from hcsearch.springs.flight.stowage import stowage_of
 from hcsearch.springs.flight.travel import Travel
 from hcsearch.store.columns import FLIGHT_QUANTITIES, flight_value
 from hcsearch.system.terminal import short_number
+from hcsearch.system.work_steps import work_step
 
 
 def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: bool = False) -> FlightSheet:
@@ -200,6 +201,7 @@ MIN_SENSITIVITY = 1e-6
 """Change of a figure, over the figure, below which it does not depend on a value."""
 
 
+@work_step("computing sensitivities")
 def sensitivities_of(travel: Travel, numbers: FlightNumbers) -> tuple[Sensitivity, ...]:
     """Return how figures change with the springs and the hardware, along the same states, greatest changes first."""
     rows = []

@@ -8,21 +8,18 @@ from importlib.metadata import metadata, version
 from pathlib import Path
 from typing import Any
 
+from hcsearch.basics.vocabulary import listed
 from hcsearch.store.columns import Quantity
 from hcsearch.web.atlas.atlas_counts import COUNTED, BFile, SizeCounts
 from hcsearch.web.atlas.atlas_folder import REQUEST_KEY
 from hcsearch.web.atlas.atlas_request import AtlasRequest
-from hcsearch.web.atlas.atlas_tables import TABLES, table_columns
+from hcsearch.web.atlas.atlas_tables import PLACE_COLUMNS, TABLES, table_columns
 
 DATABASE_FILE = "atlas.sqlite"
 LICENCE = "CC BY 4.0"
 LICENCE_ADDRESS = "https://creativecommons.org/licenses/by/4.0/"
 _TYPES = {"integer": "integer", "boolean": "integer", "real": "number", "text": "string"}
 """Types of Data Packages; booleans are stored as 0 and 1."""
-_PARTITIONS = (
-    Quantity("grid", "text", "", "tiling, in the name of a folder"),
-    Quantity("n", "integer", "", "number of panels, in the name of a folder"),
-)
 
 
 def citation(request: AtlasRequest) -> str:
@@ -38,12 +35,12 @@ def card_text(
         f"# {request.title}",
         "Flat arrays of equal thick panels that fold into two stacks. A design is a closed walk through all panels of "
         "an array (a Hamiltonian circuit), up to rotation and reflection. This atlas holds every design with "
-        f"{request.sizes[0][1]} to {request.n} panels on {_listed(request.grids)}, taken through the stages of the "
-        f"program hcsearch up to `{request.until}`. Verdicts are those of the scene `default`.",
+        f"{request.sizes[0][1]} to {request.n} panels on {listed(request.grids, 'and')}, taken through the stages of "
+        f"the program hcsearch up to `{request.until}`. Verdicts are those of the scene `default`.",
         _files(made, certificates),
         "## Counts\n\nWhere designs are undecided, the numbers of those that open are lower bounds.\n\n"
         + _count_table(request, counts),
-        *(f"## Columns of {view}\n\n" + _column_table((*_PARTITIONS, *table_columns(view))) for view in TABLES),
+        *(f"## Columns of {view}\n\n" + _column_table((*PLACE_COLUMNS, *table_columns(view))) for view in TABLES),
         f"## Licence and citation\n\nThe data are published under {LICENCE}, {LICENCE_ADDRESS}. Please cite:\n\n"
         f"> {citation(request)}\n\nThe SHA-256 checksum of the file "
         "`SHA256SUMS` names exactly these files.",
@@ -57,7 +54,7 @@ def _files(made: Sequence[BFile], certificates: int | None) -> str:
     rows = [
         ("`index.html`", "a page that searches and draws the designs; open it in a browser, without a server"),
         *(
-            (f"`{view}/grid=GRID/n=N/`", f"{view} as Parquet, in partitions that pandas, Arrow and DuckDB read")
+            (f"`{view}/GRID-N.parquet`", f"{view}; pandas, Arrow and DuckDB read the folder as one table")
             for view in TABLES
         ),
         (
@@ -108,10 +105,6 @@ def _markdown(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def _listed(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
-
-
 def description_text(request: AtlasRequest, tables: Sequence[Path], others: Mapping[str, Sequence[str]]) -> str:
     """Return datapackage.json.
 
@@ -122,7 +115,7 @@ def description_text(request: AtlasRequest, tables: Sequence[Path], others: Mapp
             "name": view,
             "path": [path.as_posix() for path in tables if path.parts[0] == view],
             "format": "parquet",
-            "schema": {"fields": [_field(quantity) for quantity in table_columns(view)]},
+            "schema": {"fields": [_field(quantity) for quantity in (*table_columns(view), *PLACE_COLUMNS)]},
         }
         for view in TABLES
     ]

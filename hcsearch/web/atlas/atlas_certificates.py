@@ -77,12 +77,12 @@ def make_certificates(proved: Sequence[ProvedFolding], kept: Path, workers: Work
     kept.mkdir(exist_ok=True)
     missing = [folding for folding in proved if not (kept / folding.file_name).is_file()]
     done = len(proved) - len(missing)
-    progress(done, len(proved), "certificates", "folding")
+    progress(done, len(proved), "none made yet" if not done else "made before", "folding")
     notations = [folding.notation for folding in missing]
     results = workers.map_ordered(certified, notations, parcel_size=1)
     for count, (folding, (_, text)) in enumerate(zip(missing, results, strict=True), done + 1):
         write_output(kept / folding.file_name, text)
-        progress(count, len(proved), f"certificates, {folding.notation}", "folding")
+        progress(count, len(proved), folding.notation, "folding")
 
 
 def pack_certificates(proved: Sequence[ProvedFolding], kept: Path, path: Path) -> int:

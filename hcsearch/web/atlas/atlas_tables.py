@@ -1,27 +1,33 @@
-"""The designs and foldings of an atlas as Parquet files in folders by grid and number of panels."""
+"""The designs and foldings of an atlas as Parquet files, one for each grid and number of panels.
+
+Grid and number of panels are columns of the files. In names of folders (`n=8`) pandas would read them as categories,
+which do not compare with numbers.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from hcsearch.store import Database, select, stream, write_parquet_rows
+from hcsearch.store import Database, Rows, select, stream, write_parquet_rows
 from hcsearch.store.columns import VIEWS, Quantity
 from hcsearch.web.atlas.atlas_request import AtlasRequest
 
 TABLES = ("designs", "foldings")
 """The views that are written."""
-_LEFT_OUT = ("grid", "n", "score")
-"""Columns that the files lack: two stand in the names of folders, and scores are of a user's own rank."""
+PLACE_COLUMNS = (Quantity("grid", "text", "", "tiling"), Quantity("n", "integer", "", "number of panels"))
+"""Columns of both tables after those of `table_columns`; the view `foldings` does not have them."""
+_LEFT_OUT = (*(quantity.name for quantity in PLACE_COLUMNS), "score")
+"""Scores are of a user's own rank."""
 
 
 def table_columns(view: str) -> tuple[Quantity, ...]:
-    """Return the columns of the files of a view."""
+    """Return the columns of the files of a view, without `PLACE_COLUMNS`."""
     return tuple(quantity for quantity in VIEWS[view] if quantity.name not in _LEFT_OUT)
 
 
 def table_path(view: str, grid: str, n: int) -> Path:
-    """Return the path of the file of a view for one size, in the layout of Hive partitions."""
-    return Path(view, f"grid={grid}", f"n={n}", f"{view}.parquet")
+    """Return the path of the file of a view for one size; the order of names is that of the sizes."""
+    return Path(view, f"{grid}-{n:03}.parquet")
 
 
 def write_tables(database: Database, folder: Path, request: AtlasRequest, notes: dict[str, str]) -> list[Path]:
@@ -39,14 +45,18 @@ def write_tables(database: Database, folder: Path, request: AtlasRequest, notes:
         ((first,),), ((last,),) = bounds
         for view, query in zip(TABLES, (size, f"design_id>={first} design_id<={last}"), strict=True):
             path = table_path(view, grid, n)
-            _write_table(database, view, query, folder / path, notes)
+            (folder / view).mkdir(exist_ok=True)
+            _write_table(database, view, query, (grid, n), folder / path, notes)
             written.append(path)
     return written
 
 
-def _write_table(database: Database, view: str, query: str, path: Path, notes: dict[str, str]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    columns = table_columns(view)
+def _write_table(
+    database: Database, view: str, query: str, size: tuple[str, int], path: Path, notes: dict[str, str]
+) -> None:
+    columns = (*table_columns(view), *PLACE_COLUMNS)
     described = {quantity.name: {"description": quantity.meaning, "unit": quantity.unit} for quantity in columns}
-    with stream(database, query, view=view, columns=[quantity.name for quantity in columns]) as rows:
-        write_parquet_rows(rows, path, described, notes)
+    with stream(database, query, view=view, columns=[quantity.name for quantity in table_columns(view)]) as rows:
+        kinds = (*rows.kinds, *(quantity.kind for quantity in PLACE_COLUMNS))
+        placed = ([(*row, *size) for row in chunk] for chunk in rows.chunks)
+        write_parquet_rows(Rows(tuple(described), kinds, placed), path, described, notes)

@@ -19,6 +19,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, Summary, best_creases, rows_of_designs, scene_names, select, summarize
 from hcsearch.store.columns import DESIGN_QUANTITIES, Quantity
+from hcsearch.system.work_steps import work_step
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.headline import StageCounts, headline_of, title_of
 from hcsearch.web.report.templating import database_option_text
@@ -87,6 +88,7 @@ BEST_FIRST_ORDER = "-untwisted,-two_stack,-score,status,deploy_time"
 """Default order of the designs, best first, so that a limit cuts off the worst; ties by id."""
 
 
+@work_step("reading the designs")
 def fetch_report_data(
     database: Database, query: str, limit: int | None, sort: str = BEST_FIRST_ORDER, scene: str = DEFAULT_SCENE_NAME
 ) -> ReportData:

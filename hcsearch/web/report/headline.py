@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from hcsearch.basics.vocabulary import listed
 from hcsearch.store import Summary
 from hcsearch.store.conditions import AllOf, AnyOf, Condition, ConditionTree, Not, parse_conditions
 
@@ -63,15 +64,11 @@ def title_of(sizes: Sequence[tuple[str, int]], array: str | None = None) -> str:
     if not sizes:
         return "No designs"
     grids, numbers = list(dict.fromkeys(grid for grid, _ in sizes)), sorted({n for _, n in sizes})
-    panels = _joined([PANEL_NOUNS.get(grid, grid) for grid in grids])
+    panels = listed([PANEL_NOUNS.get(grid, grid) for grid in grids], "or")
     if len(numbers) > 1:
         return f"{numbers[0]} to {numbers[-1]} thick {panels}"
     number = _SMALL_NUMBERS[numbers[0]] if 0 <= numbers[0] < len(_SMALL_NUMBERS) else str(numbers[0])
     return f"{number} thick {panels}" + (" in one array" if array is not None else "")
-
-
-def _joined(words: Sequence[str]) -> str:
-    return " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def headline_of(counts: StageCounts, query: str = "") -> str:

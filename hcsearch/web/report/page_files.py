@@ -18,9 +18,11 @@ from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import Database, open_readonly
 from hcsearch.store.columns import DESIGN_QUANTITIES, FOLDING_QUANTITIES, Quantity
 from hcsearch.system.outputs import write_output
+from hcsearch.system.work_steps import work_step
 from hcsearch.web.player import player_script
 from hcsearch.web.player.player_page import as_script, digest_of
 from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch_report_data
+from hcsearch.web.report.deciding_motions import with_first_motion
 from hcsearch.web.report.design_data import (
     ComputedFolding,
     DesignData,
@@ -142,6 +144,7 @@ SCRIPT_MODULES = (
 """Modules of the script, each after those that it uses."""
 
 
+@work_step("drawing the designs")
 def render_report(data: ReportData) -> str:
     """Return the HTML page of a report, without external resources and with all text escaped.
 
@@ -224,7 +227,8 @@ def write_report(
     data = fetch_report_data(database, query, limit, sort, scene)
     if not data.total:
         raise QueryError(f"no design satisfies {query!r}: see `hcsearch query` for those of the database")
-    page = render_report(replace(data, title=title) if title else data)
+    data = with_first_motion(replace(data, title=title) if title else data, database)
+    page = render_report(data)
     write_output(path, page)
     return Path(path)
 

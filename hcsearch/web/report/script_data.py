@@ -26,10 +26,8 @@ FOLDING_COLUMNS = tuple(
 
 CARD_HEADS = ("id", "circuit", "array", "status")
 """Columns of a design that its card always shows."""
-CARD_COLUMNS = (
-    *("symmetry", "n_foldings", "dof", "needed_margin", "least_gap", "min_clearance", "deploy_time", "score"),
-)
-"""Columns that a card shows below these, unless others are chosen."""
+CARD_COLUMNS = (*("symmetry", "n_foldings", "dof", "deploy_time", "score"),)
+"""Columns that a card shows below these, unless others are chosen. Its sentence has the one number on clearance."""
 
 
 def page_data(data: ReportData) -> dict[str, Any]:

@@ -8,7 +8,7 @@
 | `/designs/ID` | the page of a design |
 | `/designs/ID/export.ENDING` | an export of its array |
 | `/designs/ID/foldings/CREASE/export.ENDING` | an export of a folding |
-| `/designs/ID/foldings/CREASE/motion.json` | the stored path of a folding, as data of the player |
+| `/designs/ID/foldings/CREASE/motion.json` | the motion of a folding with a stored path, as data of the player |
 | `/assemblies`, `/assemblies/NAME` | the known assemblies, the page of one |
 """
 

@@ -73,14 +73,21 @@ def assembly_page(db: str, name: str) -> str:
 
 
 def stored_motion_json(db: str, circuit: Circuit, number: int, crease: int, scene: str) -> str:
-    """Return the stored path of a folding in a scene as data of the player."""
+    """Return the deployment that gave a folding with a path its status, else the path, as data of the player."""
     from hcsearch.web.player import motion_json  # noqa: PLC0415 - the engine
+    from hcsearch.web.report.data import deployments_of, foldings_of  # noqa: PLC0415 - the engine
+    from hcsearch.web.report.deciding_motions import deciding_deployment  # noqa: PLC0415 - the engine
 
     with open_readonly(db) as database:
-        replays = stored_replays(database, {number: circuit}, scene)
-        for path, replay in replays:
+        for path, replay in stored_replays(database, {number: circuit}, scene):
             if path.crease == crease:
-                return motion_json(replay)
+                rows = foldings_of(database, [number], scene).get(number, ())
+                deployments = deployments_of(database, [number], scene).get((number, crease), ())
+                row = next((row for row in rows if row["crease"] == crease), {})
+                deployed = None
+                with suppress(HcsearchError):  # its scene does not suit it: the path plays
+                    deployed = deciding_deployment(database, f"{circuit.notation}:{crease}", row, deployments)
+                return motion_json(replay if deployed is None else deployed)
     raise HcsearchError(f"the path of folding {crease} is no longer in the database: open the list again")
 
 

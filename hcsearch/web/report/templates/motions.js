@@ -8,6 +8,10 @@ const Motions = (() => {
 
   const known = (table, row) => (row === undefined || typeof hcsearchPlayer === "undefined" ? null : table.player(row));
 
+  // What moves the panels, and for how long.
+  const named = ({ axis, at }) => (axis === "time"
+    ? `Opened by springs, ${Number((at.at(-1) - at[0]).toPrecision(2))} s` : "Driven along the planned path");
+
   // The player of a folding's motion and the motion, once it plays in a place; null where there is none, or where
   // `wanted` says by then that something else is shown.
   async function mount(table, row, place, options, wanted) {
@@ -27,7 +31,9 @@ const Motions = (() => {
     }
     delete place.dataset.note;
     place.replaceChildren();
-    return { player: hcsearchPlayer.mount(place, payload, options), payload };
+    const player = hcsearchPlayer.mount(place, payload, options);
+    place.prepend(Parts.element("p", { class: "moves" }, named(payload)));
+    return { player, payload };
   }
 
   return { known, mount };

@@ -1,0 +1,52 @@
+"""The motion of a stored folding by which it has its status, for pages that play one motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.cases.names import deployment_scene_name
+from hcsearch.cases.replay import Replay
+from hcsearch.cases.replay_sources import replay_of_deployment
+from hcsearch.cases.resolve import resolve
+from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.store import Database
+from hcsearch.web.player import payload_of
+from hcsearch.web.report.data import ReportData, ViewRow
+from hcsearch.web.report.reasons import best_deployment, verdict_of_row
+from hcsearch.web.report.script_data import design_id_of, drawn_crease, first_design
+
+
+def deciding_deployment(
+    database: Database, notation: str, folding: ViewRow, deployments: Sequence[ViewRow]
+) -> Replay | None:
+    """Simulate the deployment by which a folding has the status `deploys`; None of a folding of another status.
+
+    folding : its row of `foldings`. deployments : its deployments. HcsearchError where its scene does not suit it.
+    """
+    best, verdict = best_deployment(deployments), verdict_of_row(folding, deployments)
+    if best is None or verdict is None or verdict.status != "deploys":
+        return None
+    case = resolve(notation, database, scene=deployment_scene_name(best, verdict))
+    deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained")
+    return replay_of_deployment(deployment, notation, design=True, reason=str(best["reason"]))
+
+
+def with_first_motion(data: ReportData, database: Database) -> ReportData:
+    """Return the data of a report whose first design plays the motion that its sentence is about."""
+    if not data.players:
+        return data
+    design = data.designs[first_design(data)]
+    crease = drawn_crease(data, design)
+    key = design_id_of(design), -1 if crease is None else crease
+    row = next((row for row in data.foldings.get(key[0], ()) if row["crease"] == crease), None)
+    if row is None or key not in data.players:
+        return data
+    players: Mapping[Any, Any] = data.players
+    with suppress(HcsearchError):  # the path plays on
+        replay = deciding_deployment(database, f"{design['circuit']}:{crease}", row, data.deployments.get(key, ()))
+        players = players if replay is None else {**players, key: payload_of(replay)}
+    return replace(data, players=players)

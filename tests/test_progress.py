@@ -1,0 +1,182 @@
+"""What commands say while they work: every one has a meter, and lines name the step, what is done and the time left."""
+
+import io
+import re
+import sys
+import threading
+import time
+
+import click
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hcsearch.api.enumerating import enumerate_into
+from hcsearch.basics.vocabulary import STAGE_NAMES, listed
+from hcsearch.cli import hcsearch, progress
+from hcsearch.search.own_patterns.single_circuits import FOLDING_STAGES
+from hcsearch.search.pipeline.processes import ProcessExecutor
+from hcsearch.search.pipeline.run_progress import SHARE, StageProgress, part_of_progress, parts_of_work
+from hcsearch.search.stages.order import STAGES
+from hcsearch.system.work_steps import hearing_work, step_of_thread, words_of_work, work_step
+
+
+def wait_until(happened):
+    end = time.monotonic() + 20
+    while not happened() and time.monotonic() < end:
+        time.sleep(0.005)
+
+
+def lines_within(monkeypatch, work):
+    """The lines that are written while some work waits until there are three."""
+    monkeypatch.setattr(progress, "_LINE_SECONDS", 0.01)
+    monkeypatch.setattr(sys, "stderr", log := io.StringIO())
+    work(lambda: wait_until(lambda: log.getvalue().count("\n") >= 3))
+    return log.getvalue().splitlines()
+
+
+def test_help_and_docstrings_list_the_stages_that_there_are():
+    assert tuple(STAGES) == STAGE_NAMES
+    help_text = " ".join(CliRunner().invoke(hcsearch, ["enumerate", "--help"]).output.split())
+    assert f"The last stage: {listed(STAGE_NAMES, 'or')}. [default: {STAGE_NAMES[-1]}]" in help_text
+    docstring = " ".join(enumerate_into.__doc__.split())
+    assert f"The last stage: {listed([f'`{name}`' for name in STAGE_NAMES], 'or')}, the default." in docstring
+    assert FOLDING_STAGES == ("mobility", "motion", "deployment")
+
+
+@pytest.mark.parametrize("name", sorted(hcsearch.commands))
+def test_every_command_has_a_meter_but_the_one_that_waits_for_others(name, monkeypatch):
+    opened = []
+
+    class Meter(progress.ProgressMeter):
+        def __enter__(self):
+            opened.append(self._doing)
+            return super().__enter__()
+
+    monkeypatch.setattr("hcsearch.cli.ProgressMeter", Meter)
+    assert CliRunner().invoke(hcsearch, [name, "--help"]).exit_code == 0
+    assert opened == ([] if name == "serve" else [name])
+    assert not progress._LINES.meters
+
+
+def test_a_command_without_counts_names_itself_and_its_step(monkeypatch):
+    def work(wait):
+        with progress.ProgressMeter(doing="sheet"), work_step("simulating the motion"):
+            wait()
+
+    lines = lines_within(monkeypatch, work)
+    assert set(lines) == {"hcsearch: 0 s, sheet, simulating the motion"}
+    assert words_of_work() == ""
+
+
+def test_an_inner_meter_takes_the_lines_over_and_gives_them_back(monkeypatch):
+    def inner(wait):
+        with progress.ProgressMeter(doing="tune"), progress.ProgressMeter("set") as meter:
+            meter(3, 500, "collides")
+            wait()
+
+    def outer(wait):
+        with progress.ProgressMeter(doing="tune"):
+            with progress.ProgressMeter("set") as meter:
+                meter(3, 500, "collides")
+            wait()
+
+    assert set(lines_within(monkeypatch, inner)) == {"hcsearch: 0 s, set 3 of 500, collides"}
+    assert set(lines_within(monkeypatch, outer)) == {"hcsearch: 0 s, tune"}
+
+
+def test_a_share_never_falls_and_says_how_long_it_takes(monkeypatch):
+    def work(wait):
+        with progress.ProgressMeter("batch", parts=True) as meter:
+            meter(5, 10, "circuits")
+            assert meter.state() == "batch 5 of 10, circuits"  # no time left: more follows
+            meter(0, 200, "motion", SHARE)
+            assert meter.state() == "0 %, motion"
+            meter(100, 200, "motion", SHARE)
+            assert re.fullmatch(r"50 %, motion, about \S+ seconds left", meter.state())
+            meter(90, 200, "flight", SHARE)
+            assert meter.state().startswith("50 %, flight, ")
+            wait()
+
+    assert all(line.startswith("hcsearch: 0 s, 50 %, flight, about ") for line in lines_within(monkeypatch, work))
+
+
+def test_a_terminal_shows_a_bar_of_shares_alone(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    with progress.ProgressMeter(doing="enumerate"), progress.ProgressMeter("batch", parts=True) as meter:
+        meter(1, 4, "circuits")
+        assert "0/4 batch [" in terminal.getvalue()
+        assert "%" not in terminal.getvalue()
+        for _ in range(2):  # the second call shows the note of the first
+            meter(30, 120, "motion, 30 of 40 foldings", SHARE)
+    assert re.search(r" 24%\|.*\| \[\d\d:\d\d<.*, motion, 30 of 40 foldings\]", terminal.getvalue())
+
+
+EVENTS = st.lists(st.tuples(st.sampled_from(["motion", "deployment", "flight", "searching"]), st.integers(0, 5)))
+
+
+@given(EVENTS, st.integers(1, 12))
+def test_stages_are_counted_and_their_share_rises(events, foldings):
+    shown = []
+    stages = StageProgress(lambda *state: shown.append(state), ["motion", "deployment", "flight"], foldings)
+    for step, count in events:
+        stages.hear(step, count)
+        stages.show_state()
+    stages.finish(foldings)
+    assert [done for done, *_ in shown] == sorted(done for done, *_ in shown)
+    assert shown[-1][:2] == (3 * foldings, 3 * foldings)
+    last = next((step for step, _ in reversed(events) if step != "searching"), "motion")
+    assert shown[-1][2:] == (f"{last}, {foldings} of {foldings} foldings", SHARE)
+    if events:
+        counted = sum(count for step, count in events if step == last)
+        assert shown[-2][2] == f"{last}, {min(counted, foldings)} of {foldings} foldings"
+
+
+def test_parts_of_a_work_follow_each_other():
+    assert parts_of_work([1.0, 3.0], 0.5) == [(0.0, 0.125), (0.125, 0.5)]
+    shown = []
+    part = part_of_progress(lambda *state: shown.append(state), "hex n = 8", 0.2, 0.6, shares_alone=True)
+    part(7, 9, "circuits")
+    part(1, 2, "motion, 1 of 2 foldings", SHARE)
+    assert shown == [
+        (200, 1000, "hex n = 8, batch 7 of 9, circuits", SHARE),
+        (400, 1000, "hex n = 8, motion, 1 of 2 foldings", SHARE),
+    ]
+
+
+def _advance(count):
+    with work_step("motion"):
+        step_of_thread().advance(count)
+    return count
+
+
+def test_steps_are_heard_from_other_threads_and_processes():
+    heard = []
+    with hearing_work(lambda *event: heard.append(event)):
+        thread = threading.Thread(target=_advance, args=(2,))
+        thread.start()
+        thread.join()
+        with ProcessExecutor(1) as pool:
+            assert pool.submit(_advance, 5).result() == 5
+    assert heard == [("motion", 0), ("motion", 2), ("motion", 0), ("motion", 5)]
+
+
+def test_a_closed_standard_error_is_no_fault(monkeypatch):
+    monkeypatch.setattr(progress, "_LINE_SECONDS", 0.01)
+    log = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", log)
+    with progress.ProgressMeter(doing="show"):
+        log.close()
+        time.sleep(0.05)
+        assert progress._LINES._repeated._thread.is_alive()
+
+
+def test_help_of_the_group_opens_no_meter():
+    assert isinstance(hcsearch, click.Group)
+    assert CliRunner().invoke(hcsearch, ["--help"]).exit_code == 0
+    assert not progress._LINES.meters
