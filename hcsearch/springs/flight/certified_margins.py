@@ -19,7 +19,6 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.series import centre_screws
 from hcsearch.motion.collision.panel_reaches import longest_way
-from hcsearch.motion.planning.path_proofs import PathProof
 from hcsearch.motion.planning.stretches import cubics_of
 from hcsearch.scenes.laws import Law
 from hcsearch.shape.linkage import Linkage
@@ -34,8 +33,9 @@ from hcsearch.springs.flight.torque_margin import (
 
 CERTIFIED_SHARE = 0.97
 """Share of the least margin at the states tried so far at which intervals are no longer halved."""
-MAX_MARGIN_INTERVALS = 40_000
-"""Greatest number of intervals that are tried; those in which hinges turn less than the wander are not halved."""
+MAX_MARGIN_INTERVALS, LEAST_TURN = 40_000, 16.0
+"""Greatest number of intervals that are tried, and the turn of a hinge, over the wander, below which one with less than
+half of the bound asked for is not halved: else most of the time goes to the last thousandth, at the singular end."""
 GAP_STATES, NEAREST_GAP_SHARE = 12, 0.01
 """Number of states that are tried in each gap, in geometric progression towards its end, and the nearest to it."""
 
@@ -93,9 +93,12 @@ class _Intervals(ByValue):
         return _Intervals(self.steps[own], starts + number * lengths, starts + (number + 1) * lengths)
 
 
-def wander_of(linkage: Linkage, proof: PathProof) -> float:
-    """Return the greatest deviation of closed states from the motion of a proof, summed over hinges (rad)."""
-    return math.log1p(proof.slack / longest_way(linkage))
+def wander_of(linkage: Linkage, slack: float) -> float:
+    """Return the greatest deviation of closed states from the motion of a proof, summed over hinges (rad).
+
+    slack : m, of `PathProof`.
+    """
+    return math.log1p(slack / longest_way(linkage))
 
 
 def steepest_slopes(laws: Sequence[Law]) -> Reals:
@@ -145,7 +148,8 @@ def certified_margin(
         asked = CERTIFIED_SHARE * np.array(least.margins)
         left = (bounds < asked).any(axis=1)
         bound = np.minimum(bound, bounds[~left].min(axis=0, initial=math.inf))
-        counts = np.where((bounds < 0.5 * asked).any(axis=1), 4, 2) * (left & (turns > wander))
+        low = (bounds < 0.5 * asked).any(axis=1)
+        counts = np.where(low, 4, 2) * (left & (turns > np.where(low, LEAST_TURN, 1.0) * wander))
         if tried + counts.sum() > MAX_MARGIN_INTERVALS:
             counts[:] = 0
         kept = left & (counts == 0)
@@ -160,7 +164,8 @@ def certified_margin(
             gaps.append((float(part[0, 0]), float(part[-1, 1])))
     certified = 1.0 - sum(end - start for start, end in gaps) / float(course.times[-1] - course.times[0])
     whole, failed = np.where(np.isfinite(bound), bound, 0.0).tolist()
-    return CertifiedMargin(whole, failed, tuple(gaps), certified, *least.margins, *least.times, tried)
+    (margin, margin_failed), (time, time_failed) = least.margins, least.times
+    return CertifiedMargin(whole, failed, tuple(gaps), certified, margin, margin_failed, time, time_failed, tried)
 
 
 def gap_times(course: Course, gaps: Sequence[tuple[float, float]]) -> Reals:
@@ -172,18 +177,8 @@ def gap_times(course: Course, gaps: Sequence[tuple[float, float]]) -> Reals:
     )
 
 
-def states_at(course: Course, times: Reals) -> Reals:
-    """Return the fold angles of a course of cubics at some times, (k, n_hinges)."""
-    steps = np.clip(np.searchsorted(course.times, times, side="right") - 1, 0, len(course.times) - 2)
-    shares = (times - course.times[steps]) / np.diff(course.times)[steps]
-    states: Reals = np.einsum(
-        "khp,kp->kh", cubics_of(course.times, course.angles, course.rates)[steps], shares[:, None] ** np.arange(4)
-    )
-    return states
-
-
 def _joined(rows: Reals) -> list[Reals]:
-    """Return rows, which begin with the start and the end of an interval, in groups of intervals that meet, in order."""
+    """Return rows, which begin with the ends of an interval, in groups of intervals that meet, in order."""
     rows = rows[np.argsort(rows[:, 0])]
     apart = np.flatnonzero(rows[1:, 0] > rows[:-1, 1] * (1.0 + MARGIN_ROUNDING)) + 1
     return np.split(rows, apart) if len(rows) else []
@@ -237,9 +232,9 @@ class _Bounding:
 class _Boxes(ByValue):
     """Boxes of fold angles around k states, in which closed states are compared.
 
-    turns : (k, n_hinges), how far hinges are from the middles at most. senses : what stops allow at the middle; allowed :
-    in all of the box. torques, changes : at the middle, and by how much they differ from these at most. usable : (k,),
-    where no hinge is near both stops.
+    turns : (k, n_hinges), how far hinges are from the middles at most. senses : what stops allow at the middle, and
+    allowed, in all of the box. torques, changes : at the middle, and by how much they differ from these at most.
+    usable : (k,), where no hinge is near both stops.
     """
 
     of_path: _Bounding
@@ -257,12 +252,12 @@ class _Boxes(ByValue):
         near_flat, near_packed = middles <= turns, middles >= math.pi - turns
         closed = closed_rates(np.array([path.linkage.closure(state)[1] for state in middles]))
         allowed = near_packed.astype(np.int8) - near_flat.astype(np.int8)
-        usable = ~(near_flat & near_packed).any(axis=1)
+        usable = ~np.any(near_flat & near_packed, axis=1)
         changes = path.slopes * turns
         return _Boxes(path, turns, closed, allowed_senses(middles), allowed, path.torques_at(middles), changes, usable)
 
     def best(self, boxes: WholeNumbers, torques: Reals) -> tuple[Reals, Reals]:
-        """Return upper bounds of the margins at the middles of some boxes, and the best rates that all of each allows."""
+        """Return upper bounds of the margins at the middles of some boxes, and the best rates in all of each."""
         closed, friction = self.closed.take(boxes), self.of_path.friction
         found = kernel_margins(closed, torques, friction, self.senses[boxes])
         rates, differ = found.rates.copy(), np.flatnonzero((self.senses[boxes] != self.allowed[boxes]).any(axis=1))

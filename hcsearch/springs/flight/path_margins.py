@@ -142,9 +142,8 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
     """
     program = torque_margins(path.rates, torques, friction, path.senses)
     without = torque_margins_failed(path.rates, torques, friction, path.senses, program)
-    margins, rates, failed, failed_hinges = (
-        values.copy() for values in (program.margins, program.rates, without.margins, without.hinges)
-    )
+    margins, rates = program.margins.copy(), program.rates.copy()
+    failed, failed_hinges = without.margins.copy(), without.hinges.copy()
     for state in np.flatnonzero(path.singular).tolist():
         motions = _motions_at(path, state, torques[state], friction, MAX_FAILURES_TRIED)
         margins[state], rates[state] = _best_of(torques[state], friction, motions)
