@@ -271,7 +271,8 @@ def test_jammed():
     assert len(found.motion.events) >= 40
 
 
-def test_where_stops_rattle_rounding_decides_whether_it_jams_or_diverges():
+def test_jammed_where_stops_rattle():
+    """Rounding decides whether it jams, or its energy balance fails before: one word for both."""
     folding = folding_of(Circuit.from_notation("hex:0233545012"), 2)
     endings = set()
     for thickness in (0.0097, 0.01, 0.0103):

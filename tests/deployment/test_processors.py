@@ -1,4 +1,4 @@
-"""Deployments have the same bits on all processors: with other OpenBLAS kernels, and with NumPy's AVX-512 or without."""
+"""Deployments have the same bits on all processors: with other OpenBLAS kernels, with NumPy's AVX-512 or without."""
 
 import hashlib
 import json
