@@ -37,9 +37,9 @@ def check(
     Parameters
     ----------
     what
-        A crease pattern FILE.fold, a model that `save` wrote (.urdf, .xml, .mjcf), a circuit by its notation, in any
-        position, order and direction, or by its id, one of its foldings, a file NAME.toml that names one folding or a
-        file, or a case.
+        A crease pattern FILE.fold (or .cp, .opx, .svg), a model that `save` wrote (.urdf, .xml, .mjcf), a circuit by
+        its notation, in any position, order and direction, or by its id, one of its foldings, a file NAME.toml that
+        names one folding or a file, or a case.
     scene, panel, flat_pairs, db, **values
         As in `deploy`. Panels have the size that a file gives in a physical unit, unless `panel` sets another, of a
         CheckedPattern as longest edge x thickness.
@@ -94,7 +94,9 @@ def _of_name(what: str | Circuit | Folding, db: Place | None) -> tuple[Circuit, 
         return what, None
     name = what.notation if isinstance(what, Folding) else what
     if not name[:1].isdigit() and ":" not in name:
-        raise HcsearchError(f"{name!r} is no circuit: name a file .fold, or a notation such as hex:0234435011")
+        raise HcsearchError(
+            f"{name!r} is no circuit: name a file .fold, .cp, .opx or .svg, or a notation such as hex:0234435011"
+        )
     text, crease = split_crease(name)
     circuit, _ = design_named(text, db)
     return circuit, None if crease is None else [folding_of(circuit, crease).crease]
