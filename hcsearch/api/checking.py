@@ -94,9 +94,7 @@ def _of_name(what: str | Circuit | Folding, db: Place | None) -> tuple[Circuit, 
         return what, None
     name = what.notation if isinstance(what, Folding) else what
     if not name[:1].isdigit() and ":" not in name:
-        raise HcsearchError(
-            f"{name!r} is no circuit: name a file .fold, .cp, .opx or .svg, or a notation such as hex:0234435011"
-        )
+        raise HcsearchError(f"{name!r} is no circuit: name a file .fold, or a notation such as hex:0234435011")
     text, crease = split_crease(name)
     circuit, _ = design_named(text, db)
     return circuit, None if crease is None else [folding_of(circuit, crease).crease]
