@@ -37,9 +37,9 @@ def check(
     Parameters
     ----------
     what
-        A crease pattern FILE.fold, a model that `save` wrote (.urdf, .xml, .mjcf), a circuit by its notation, in any
-        position, order and direction, or by its id, one of its foldings, a file NAME.toml that names one folding or a
-        file, or a case.
+        A crease pattern FILE.fold (or .cp, .opx, .svg), a model that `save` wrote (.urdf, .xml, .mjcf), a circuit by
+        its notation, in any position, order and direction, or by its id, one of its foldings, a file NAME.toml that
+        names one folding or a file, or a case.
     scene, panel, flat_pairs, db, **values
         As in `deploy`. Panels have the size that a file gives in a physical unit, unless `panel` sets another, of a
         CheckedPattern as longest edge x thickness.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,11 +33,13 @@ class DrawnPattern:
     """A pattern of a file that is no design.
 
     path : of the file. panel : the size that was asked for, as of `pattern_of_drawing`; None for that of the file.
+    no_design : why it is taken as no design, as a clause after its name.
     """
 
     path: str
     panel: str | None
     packed: PackedPattern
+    no_design: str
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,7 @@ class DrawnDesign:
 
 
 def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | DrawnPattern:
-    """Read a file as a design, or else as a pattern of any panels; a line on stderr says why it is no design.
+    """Read a file as a design, or else as a pattern of any panels.
 
     panel : as of `--panel`. InputFileError for a file that holds no flat pattern, PatternError as of `pack_drawing`.
     """
@@ -60,31 +63,26 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
     for remark in drawing.remarks:
         write_notice(f"{path}: {remark}")
     if path.lower().endswith(MODEL_SUFFIXES):
-        return _linkage(path, drawing, panel, "is no design of a grid, as it is the model of a mechanism")
+        why = "is no design of a grid, as it is the model of a mechanism"
+        return DrawnPattern(path, panel, _packed(path, drawing, panel), why)
     try:
         design = recognise_design(drawing)
     except PatternError as error:
         why, _, _ = str(error).partition(": ")  # without the remedy
-        return _linkage(path, drawing, panel, f"is no design of a grid, as {why}")
+        return DrawnPattern(path, panel, _packed(path, drawing, panel), f"is no design of a grid, as {why}")
     notation = design.circuit.notation
     if design.has_assignments and not design.creases:
-        return _linkage(path, drawing, panel, f"is taken as a linkage, as {notation} has no two-stack folding")
-    if states_between_stops(drawing):
+        with suppress(PatternError):
+            why = f"is taken as a linkage, as {notation} has no two-stack folding"
+            return DrawnPattern(path, panel, _packed(path, drawing, panel), why)
+    elif states_between_stops(drawing):
         packed = _packed(path, drawing, panel)
         if packed.packed:
             why = f"is taken as a linkage, as it states {notation} between the stops of its hinges"
-            return _linkage(path, drawing, panel, why, packed)
+            return DrawnPattern(path, panel, packed, why)
         fault = packed.sentence.removeprefix("no packed state is known: ")
         write_notice(f"{path}: {fault}; the design is checked from its packed states")
     return DrawnDesign(path, drawn_panel_size(design, drawing) if panel is None else panel, design)
-
-
-def _linkage(
-    path: str, drawing: PatternDrawing, panel: str | None, why: str, packed: PackedPattern | None = None
-) -> DrawnPattern:
-    """Return a drawing as a pattern of any panels, and say why; packed : its packed state, if that is known."""
-    write_notice(f"{path} {why}")
-    return DrawnPattern(path, panel, packed or _packed(path, drawing, panel))
 
 
 def _read_drawing(path: str) -> PatternDrawing:
@@ -115,11 +113,6 @@ def only_drawn_folding(drawn: DrawnDesign) -> str:
         which = f"has the foldings {', '.join(foldings)}" if foldings else "has no two-stack folding"
         raise HcsearchError(
             f"{drawn.path} is the design {drawn.design.circuit.notation}, which {which}: "
-            + (
-                "name one of these, or assign"
-                if foldings
-                else "see hcsearch check, or, to take it as a linkage, assign"
-            )
-            + " mountains and valleys"
+            + ("name one of these, or assign mountains and valleys" if foldings else "see hcsearch check")
         )
     return foldings[0]

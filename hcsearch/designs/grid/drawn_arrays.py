@@ -25,7 +25,7 @@ def is_drawing(text: str) -> bool:
 
     A text of 0 and 1 only is one if it has several rows.
     """
-    marks, rows = _marks(text), re.split("[/\n]", text.strip())
+    marks, rows = _marks(text), re.split("[/\n]", text)
     return (bool(marks) and marks <= set("X#O")) or ("1" in marks and marks <= set("10") and len(rows) > 1)
 
 

@@ -70,7 +70,10 @@ def read_svg(path: str) -> PatternDrawing:
         (x1, y1), (x2, y2) = (flip * start).tolist(), (flip * end).tolist()
         lines.append(CreaseLine(letter, (x1, y1), (x2, y2), angle if stated else None))
     left_out = reader.left_out()
-    return drawing_of_lines(lines, path, unit, [left_out.removeprefix("; ")] if left_out else [])
+    try:
+        return drawing_of_lines(lines, path, unit, [left_out.removeprefix("; ")] if left_out else [])
+    except InputFileError as error:
+        raise InputFileError(f"{error}{left_out}") from None
 
 
 @dataclass
