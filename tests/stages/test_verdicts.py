@@ -20,6 +20,7 @@ from hcsearch.designs.records import (
     MotionBatch,
     StagedDesigns,
 )
+from hcsearch.kernels.multibody.endings import MAX_BALANCE_ERROR
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.looks import (
     GRADED_STIFFNESS_RATIO,
@@ -101,6 +102,15 @@ def test_verdicts_of_ten_hexagons(tens):
     assert (deployments.time[deploys] <= VARIANT_TIME_FACTOR).all()
     assert motion.met[deploys].all()  # what springs bring flat has a path, which need not be proved
     assert motion.moves[deploys].mean() > 0.5
+
+
+def test_trials_whose_energy_balance_is_violated_are_no_evidence(tens):
+    _, _, deployments = tens
+    violated = [trial for trial in deployments.trials if not trial.energy_error <= MAX_BALANCE_ERROR]
+    assert violated
+    for trial in violated:
+        assert trial.status == "undecided"
+        assert trial.reason.startswith("diverged at ")
 
 
 def test_without_a_path_a_folding_gets_the_first_look_alone(tens):

@@ -183,7 +183,7 @@ def draw_deployment(deployment: Deployment, path: str, title: str) -> None:
     """Draw fold angles and energies over time, as PNG, SVG or PDF by the file's ending."""
     motion = deployment.motion
     times = np.linspace(0.0, motion.times[-1], 400) if len(motion.times) > 1 else motion.times
-    angles = deployment.compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))[0]
+    angles = deployment.angles_at(times)
     with figure_for(path, (9, 6)) as figure:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
         draw_angle_curves(above, times, angles, labels_of(deployment.compiled.linkage).hinges)
