@@ -1,6 +1,7 @@
 """Runs of the pipeline in scenes: many in one database, in pieces, and each deployment repeated as `show` says."""
 
 import json
+import re
 import shlex
 from dataclasses import replace
 
@@ -208,7 +209,7 @@ def test_a_file_is_a_scene_by_its_name(tmp_path):
 
 def test_a_report_plays_first_the_motion_that_its_words_are_about(path, tmp_path):
     file = tmp_path / "report.html"
-    call("report", "untwisted", "--db", path, "--output", file)
+    call("report", "untwisted", "--db", path, "--panel", "1000x20", "--output", file)
     data = data_of(file.read_text(encoding="utf-8"))
     (why,) = [text for text in data["foldings"]["why"] if text and text.startswith("flat after")]
     (player,) = [player for player in data["players"] if player is not None]
@@ -217,6 +218,13 @@ def test_a_report_plays_first_the_motion_that_its_words_are_about(path, tmp_path
     assert abs(player["at"][-1] - seconds) < 0.05 * seconds
     assert "certified clear with panels" in why
     assert not {"needed_margin", "least_gap", "min_clearance"} & set(data["card_columns"])
+
+
+def test_an_envelope_in_centimetres_is_an_empty_table_with_the_sizes_there_are(path):
+    done = CliRunner().invoke(hcsearch, ["query", "fits=10x10x34", "--db", str(path), "--format", "csv", "-c", "id"])
+    assert (done.exit_code, done.stdout) == (0, "id\n")
+    (box,) = re.findall(r"^no design: the smallest folded array here is (\S+) mm, and sizes are in mm$", done.stderr)
+    assert call("query", f"fits={box}", "--db", path, "--format", "csv", "-c", "id").count("\n") > 1
 
 
 class StopError(Exception):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from sqlalchemy import ColumnElement, FromClause, func, literal_column
@@ -45,13 +46,12 @@ def empty_result_reason(database: Database, query: str, view: str = "designs", s
         reasons += _reasons(database, part, AllOf(others), view, scene)
     if not reasons:
         for part in compared:
-            if _selects_none(database, part, view, scene):
+            if _selects_none(database, view_table(view, scene), part, view):
                 reasons += _reasons(database, part, AllOf(()), view, scene)
     return listed(reasons, "and") if reasons else ""
 
 
-def _selects_none(database: Database, condition: Condition, view: str, scene: str) -> bool:
-    source = view_table(view, scene)
+def _selects_none(database: Database, source: FromClause, condition: Condition | AllOf, view: str) -> bool:
     one: ColumnElement[int] = literal_column("1")
     statement = sql_select(one).where(condition_of(source, view, condition)).limit(1)
     with database.reading() as connection:
@@ -109,4 +109,7 @@ def _smallest_box(database: Database, source: FromClause, others: AllOf, view: s
     with database.reading() as connection:
         box = connection.execute(statement).first()
     if box is not None:
-        yield f"the smallest folded array here is {'x'.join(map(short_number, box))} mm, and sizes are in mm"
+        sides = "x".join(f"{math.ceil(100.0 * side) / 100.0:g}" for side in box)  # rounded up, so that it fits
+        yield f"the smallest folded array here is {sides} mm, and sizes are in mm"
+    elif not _selects_none(database, source, others, view):
+        yield "the size of folded arrays is not known here"
