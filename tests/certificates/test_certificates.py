@@ -251,6 +251,24 @@ def test_boxes_that_a_motion_leaves_are_refused():
     assert refused({**claim, "array": moving})
 
 
+@pytest.mark.parametrize(
+    ("name", "way"), [("rhombus:23121320:1", "hinged"), ("kite:23203030:3", "rigid"), ("right30:20201210:3", "rigid")]
+)
+def test_boxes_that_hold_the_other_end_below_a_last_cut_are_refused(name, way):
+    """A review built this in 2026: a hinge has two cuts beyond pi, and its last face, beyond its stop, is empty."""
+    array, above = array_data(joined(name, way)), math.nextafter(math.pi, 4.0)
+    n = len(array["hinges"])
+    boxes = {"lows": [[0] * n], "highs": [[1] * n], "tried": 100_000}
+    for own in (hinge for hinge in range(n) if array["hinges"][hinge]["closes"]):
+        cuts = [[0.0, 3.1999, 3.19999] if hinge == own else [0.0, above] for hinge in range(n)]
+        for end in ("flat", "packed"):
+            claim = {"kind": "lock", "array": array, "end": end, "cuts": cuts, **boxes}
+            collision = {**claim, "kind": "collision", "margin": "0.0001", "pairs_of_facets": [[0, n // 2]]}
+            for false in (claim, collision):
+                with pytest.raises(lock_checker.NotProvedError, match="hold the one end alone"):
+                    CHECKERS[false["kind"]].checked(false)
+
+
 def test_margins_with_which_facets_pass_each_other_are_refused():
     """With 1.2 mm of play a path is met. Without its pairs of facets, closure does not lock it."""
     claim = certificate("hex:0232435051:3")["claims"][0]

@@ -310,8 +310,11 @@ def check_lock(claim: Any, array: Array, overlap: Any = None) -> str:
     need(all(own[0] == 0.0 and pi < own[-1] < 3.2 and (np.diff(own) > 0).all() for own in cuts), "cuts do not reach pi")
     need((low >= 0).all() and (low < high).all() and (high <= tops).all(), "a box is none")
     packed = np.array([{True: True, False: False}[hinge["closes"]] for hinge in hinges])
+    starts = np.array([np.searchsorted(own, pi, "right") for own in cuts])  # no double is pi, so that it lies between
     states = {"packed": packed, "flat": np.zeros_like(packed)}
-    holds = {name: (((low == 0) | at) & ((high == tops) | ~at)).all(1).any() for name, at in states.items()}
+    holds = {  # as points: 0 is the first cut, and pi lies in boxes with a cut below it and another one above it
+        name: np.where(at, (low < starts) & (starts <= high), low == 0).all(1).any() for name, at in states.items()
+    }
     other = "flat" if end == "packed" else "packed"
     need(holds[end] and not holds[other], "the boxes do not hold the one end alone")
     below, above = faces_of(low, high, tops)
