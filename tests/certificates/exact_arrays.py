@@ -233,6 +233,18 @@ class Array:
             out, back = out[1:], back[1:]
         return [*out, (k, 1), *((h, -sense) for h, sense in reversed(back))]
 
+    def is_closed(self, packed: bool) -> bool:
+        """Whether the loops are exactly closed where the hinges that close are folded flat, or where none is."""
+        for loop in self.loops:
+            pose = STILL
+            for k, _ in loop:
+                if packed and self.hinges[k].closes:
+                    pose = pose.then(_half_turn(self.hinges[k].point, self.hinges[k].way, self.root))
+            still = all(x == (pose.divisor if i == j else 0) for i, row in enumerate(pose.turn) for j, x in enumerate(row))
+            if not still or any(pose.shift):
+                return False
+        return True
+
     def turn(self, k: int, sense: int, half: Fraction) -> Pose:
         """The motion beyond hinge k by the angle 2 atan(half |way| / sqrt(root)), forward or backward."""
         return _turn(self.hinges[k].point, self.hinges[k].way, self.root, sense * half)
@@ -246,6 +258,20 @@ class Array:
 def _angle(half: Fraction, square: int, root: int) -> tuple[int, int]:
     low, high = arc(half * half * square / root)
     return 2 * low, 2 * high
+
+
+@cache
+def _half_turn(point: Vector, way: Vector, root: int) -> Pose:
+    """The rotation about a level line by pi."""
+    x, y, _ = way
+    square = root * x * x + y * y
+    turn = (
+        (square - 2 * y * y, 2 * x * y, 0),
+        (2 * root * x * y, square - 2 * root * x * x, 0),
+        (0, 0, -square),
+    )
+    px, py, pz = (square * p - dot(row, point) for p, row in zip(point, turn, strict=True))
+    return Pose(turn, (px, py, pz), square)
 
 
 @cache

@@ -346,6 +346,7 @@ def check_lock(claim: Any, array: Array, overlap: Any = None, limit: int | None 
     """Check that no motion leaves the boxes of a claim; return the numbers of faces and of boxes that were tried."""
     count = len(array.hinges)
     need(array.loops, "no loop is closed by the hinges")
+    need(array.is_closed(packed=True), "the packed state is not closed")
     cuts = [[real(x) for x in listed(own)] for own in listed(claim["cuts"])]
     need(len(cuts) == count and min(map(len, cuts)) > 1, "cuts are not those of the hinges")
     for own in cuts:

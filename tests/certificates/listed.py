@@ -1,7 +1,7 @@
-"""Certificates of all foldings of a list: `python -m tests.certificates.listed FOLDER GRID:N ...`, resumed if stopped.
+"""Certificates of all foldings of lists: `python -m tests.certificates.listed BUDGET FOLDER GRID:N ...`.
 
-Foldings without twist are proved, each with the search's default budget; congruent ones share a search, and each has
-its own certificate. What is neither proved to move nor to be locked leaves a file with the reason.
+Foldings without twist are proved, each by so many efforts. What is neither proved to move nor to be locked leaves a file
+with the reason; what has a file is not searched again.
 """
 
 import json
@@ -16,7 +16,6 @@ from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.twisting import twist
 from hcsearch.motion.certificates.certifying import prove_folding
-from hcsearch.motion.planning.schedule import DEFAULT_EFFORT_BUDGET
 
 
 def foldings_without_twist(grid: str, n: int) -> Iterator[Folding]:
@@ -25,14 +24,14 @@ def foldings_without_twist(grid: str, n: int) -> Iterator[Folding]:
         yield from (folding for folding in foldings(circuit) if not twist(folding))
 
 
-def write_certificates(folder: Path, grid: str, n: int) -> None:
+def write_certificates(budget: int, folder: Path, grid: str, n: int) -> None:
     """Write a certificate of each folding, or the reason why it has none."""
     for folding in foldings_without_twist(grid, n):
         file = folder / f"{folding.notation.replace(':', '_')}.json"
         if file.exists() or file.with_suffix(".none").exists():
             continue
         try:
-            data, _ = prove_folding(folding, default_panel(grid), WAYS, None, budget=DEFAULT_EFFORT_BUDGET)
+            data, _ = prove_folding(folding, default_panel(grid), WAYS, None, budget=budget)
             file.write_text(json.dumps(data), encoding="utf-8")
             kinds = {claim["kind"] for claim in data["claims"]}
             print(folding.notation, *sorted(kinds), flush=True)
@@ -42,5 +41,5 @@ def write_certificates(folder: Path, grid: str, n: int) -> None:
 
 
 if __name__ == "__main__":
-    for grid, _, n in (name.partition(":") for name in sys.argv[2:]):
-        write_certificates(Path(sys.argv[1]), grid, int(n))
+    for grid, _, n in (name.partition(":") for name in sys.argv[3:]):
+        write_certificates(int(sys.argv[1]), Path(sys.argv[2]), grid, int(n))
