@@ -24,7 +24,7 @@ REASONS = {
     "form": "documented form|is none|not whole|is no edge|not in one panel|not convex|names no|has no states|no size"
     "|no number|no facets|in one panel|not joined|a number|is no |are no |twice the margin|nothing of a panel|grammar",
     "name": "its array is not that of|names no folding|names no pattern|documented form",
-    "cuts": "cuts|is none|documented form|a number",
+    "cuts": "cuts|is none|documented form|a number|the one end alone|cut ",
     "ends": "the one end alone|is none|not closed|an end|documented form",
     "face": "a face of its boxes|boxes do not hold",
     "closed": "not proved to lie beside|ends at no stop|open a loop|not parallel|panels are not proved|does not end flat"
@@ -87,7 +87,7 @@ def sets_of_boxes(closes: list[bool], rng: random.Random) -> Iterator[Boxes]:
     for high in (top, 3.1999, 3.15):
         k = rng.choice(turned)
         cuts = [[0.0, high, 3.19999] if h == k else [0.0, top] for h in range(n)]
-        yield one_box("one hinge with two cuts above pi", cuts, "flat", "ends" if False else "cuts")
+        yield one_box("one hinge with two cuts above pi", cuts, "flat", "cuts")
     cuts = [[0.0, top, 3.1999] if own else [0.0, top] for own in closes]
     yield one_box("all hinges with two cuts above pi", cuts, "flat", "cuts")
     yield one_box("ten cuts above pi", [[0.0, *(top + 0.005 * k for k in range(10))]] * n, "flat", "cuts")
