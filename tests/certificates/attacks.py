@@ -21,17 +21,18 @@ from tests.certificates.exact_arrays import STILL, Array
 
 BELOW_PI, ABOVE_PI = math.pi, math.nextafter(math.pi, 4.0)
 REASONS = {
-    "form": "documented form|is none|not whole|is no edge|not in one panel|not convex|names no|has no states|no size"
-    "|no number|no facets|in one panel|not joined|a number|is no |are no |twice the margin|nothing of a panel|grammar",
+    "any": "",
+    "form": "documented form|it has not|uneven|is no |are no |no known kind|holds no|twice the margin|in one panel|is none",
     "name": "its array is not that of|names no folding|names no pattern|documented form",
-    "cuts": "cuts|is none|documented form|a number|the one end alone|cut ",
-    "ends": "the one end alone|is none|not closed|an end|documented form",
-    "face": "a face of its boxes|boxes do not hold",
+    "cuts": "cut|bound|a box is empty|it has not|a number|documented form|the one end alone",
+    "ends": "the one end alone|its end is|key end|it has not|not closed|is no closed state|documented form",
+    "face": "a face of its boxes|not decided",
     "closed": "not proved to lie beside|ends at no stop|open a loop|not parallel|panels are not proved|does not end flat"
-    "|dependent|has no states|open at a state|a wrench|wrenches",
-    "path": "ends at no stop|does not end flat|open a loop|not parallel|has no states|open at a state|documented form",
-    "margin": "margin|documented form|a number|nothing of a panel",
-    "nothing": "claims nothing|documented form|does not end flat|nothing|packed is flat",
+    "|has no states|a loop is open|wrenches|a number",
+    "path": "ends at no stop|does not end flat|open a loop|not parallel|has no states|a loop is open|documented form|it has not",
+    "margin": "margin|decimal|a number|holds no|documented form",
+    "nothing": "it claims nothing|does not end flat|nothing|it has not|no states|a path of no",
+    "document": "is no|JSON|version|checksum|no certificate|format",
 }
 """What a refusal may say, by kind of reason."""
 
