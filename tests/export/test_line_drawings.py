@@ -211,6 +211,8 @@ def test_a_physical_width_of_an_svg_gives_the_size_of_panels(tmp_path):
         ("a.svg", "<html/>", "outermost element is html"),
         ("a.svg", '<!DOCTYPE svg [<!ENTITY a "b">]><svg>&a;</svg>', "declares entities"),
         ("a.svg", SVG.format("", '<line x2="1" stroke="#888"/>'), "no line in the colours .* lines of the colour #888"),
+        ("a.svg", svg_of(STRIP).replace("#0000ff", "#1c5fd4"), "colour #1c5fd4, which has no meaning .* valleys blue"),
+        ("a.svg", svg_of(STRIP).replace("#0000ff", "royalblue"), "colour royalblue"),
         ("a.svg", SVG.format("", '<path stroke="red" d="M0 0C1 1 2 2 3 0"/>'), "has a curve .command C"),
         ("a.svg", SVG.format("", '<path stroke="red" d="M0 0L1"/>'), "has 1 numbers after the command L"),
         ("a.svg", SVG.format("", '<line x2="5em" stroke="red"/>'), "'5em' where numbers are due"),

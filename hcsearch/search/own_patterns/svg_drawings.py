@@ -28,8 +28,9 @@ from hcsearch.shape.mesh import PlanePoint
 
 _LETTERS = {0: "M", 60: "F", 120: "C", 240: "V", 300: "U"}
 """Assignments by the hue of the colour, degrees; black is B."""
-_HUE_TOLERANCE, _LEAST_SATURATION, _LEAST_BRIGHTNESS = 20.0, 0.6, 0.3
-"""Colours are those of the convention within these; darker ones are black."""
+_HUE_TOLERANCE, _LEAST_SATURATION, _LEAST_BRIGHTNESS, _MOST_GREY = 20.0, 0.6, 0.3, 0.2
+"""Colours are those of the convention within these; darker ones are black, and less saturated ones grey."""
+_GREY = re.compile("[a-z]*gr[ae]y|white|silver|gainsboro")
 _NAMED = {
     "black": "#000000", "red": "#ff0000", "blue": "#0000ff", "green": "#008000", "lime": "#00ff00",
     "yellow": "#ffff00", "magenta": "#ff00ff", "fuchsia": "#ff00ff",
@@ -125,6 +126,12 @@ class _Reader:
             return
         letter = _letter(stroke)
         if letter is None:
+            raise InputFileError(
+                f"{self.path} has lines of the colour {stroke:.40}, which has no meaning in Origami Simulator: draw "
+                "borders black, mountains red, valleys blue, cuts green, flat edges yellow, other creases magenta, and "
+                "the rest grey"
+            )
+        if not letter:
             self.colours[stroke[:40]] = None
             return
         angle = None
@@ -254,7 +261,9 @@ def _tag(element: Xml.Element) -> str:
 
 
 def _letter(colour: str) -> str | None:
-    """Return the assignment of a colour; None for those of no meaning."""
+    """Return the assignment of a colour; empty for greys, and None for those of no meaning."""
+    if _GREY.fullmatch(colour):
+        return ""
     colour = _NAMED.get(colour, colour)
     channels = []
     if match := re.fullmatch("#([0-9a-f]{3}|[0-9a-f]{6})", colour):
@@ -268,7 +277,7 @@ def _letter(colour: str) -> str | None:
     if brightness < _LEAST_BRIGHTNESS:
         return "B"
     if saturation < _LEAST_SATURATION:
-        return None
+        return "" if saturation < _MOST_GREY else None
     near = (
         letter
         for hue_of, letter in _LETTERS.items()
