@@ -7,16 +7,16 @@ from collections.abc import Mapping
 
 from hcsearch.basics.vocabulary import ENDINGS, counted
 
-_IMPLICIT, _OTHER_SPRINGS = "hcsearch deploy with --method implicit", "other springs, as of hcsearch tune"
+_COMPLIANT = "hcsearch deploy with --formulation compliant"
 _BRANCHING, _TOUCHING = "branch-singular", "contact not decided"
 UNDECIDED_REMEDIES = {
     "moving": "a scene with more seconds",
-    "at rest": _OTHER_SPRINGS,
+    "at rest": "other springs, as of hcsearch tune",
     "stuck": "stiffer springs or less friction",
-    "jammed": _OTHER_SPRINGS,
-    "diverged": f"{_IMPLICIT} or a smaller --tolerance",
-    "out of steps": f"{_IMPLICIT} or a larger --tolerance",
-    _BRANCHING: "hcsearch deploy with --formulation compliant",
+    "jammed": _COMPLIANT,
+    "diverged": _COMPLIANT,
+    "out of steps": "hcsearch deploy with --method implicit or a larger --tolerance",
+    _BRANCHING: _COMPLIANT,
     _TOUCHING: "hcsearch deploy with a smaller --tolerance",
 }
 """By ending of an undecided simulation: what may decide it. A motion may become flat in several ways, depending on the
