@@ -17,7 +17,7 @@ from hcsearch.search.enumeration import search_all
 from hcsearch.search.pipeline import Plan, run_dry, run_into
 from hcsearch.search.pipeline.run_progress import SHARE
 from hcsearch.store import open_database, open_readonly, select, select_sql
-from tests.report.pages import data_of
+from tests.report.pages import column, data_of
 
 ROWS = "SELECT d.circuit, p.* FROM deployments AS p JOIN designs AS d ON d.id = p.design_id ORDER BY p.scene, d.circuit"
 
@@ -211,7 +211,8 @@ def test_a_report_plays_first_the_motion_that_its_words_are_about(path, tmp_path
     file = tmp_path / "report.html"
     call("report", "untwisted", "--db", path, "--panel", "1000x20", "--output", file)
     data = data_of(file.read_text(encoding="utf-8"))
-    (why,) = [text for text in data["foldings"]["why"] if text and text.startswith("flat after")]
+    (why,) = column(data, "foldings", "why")
+    assert why.startswith("flat after ")
     (player,) = [player for player in data["players"] if player is not None]
     assert player["axis"] == "time"
     seconds = float(why.split()[2])
