@@ -15,6 +15,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.certificates import path_checker
 from hcsearch.motion.certificates.certificate_grammar import FORMAT, MAX_WHOLE, VERSION, NotProvedError, checksum
 from hcsearch.motion.certificates.path_checker import Array
+from hcsearch.motion.certificates.polynomials import shifted
 from hcsearch.motion.collision.shrunk_plates import plates_of
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE
 from hcsearch.motion.locks.enclosures import Enclosure
@@ -133,7 +134,7 @@ class _Refinement:
 
     def _part(self, step: int, low: float, high: float) -> Reals:
         """The cubics of a span, in the variable that is -1 and 1 at its ends."""
-        part: Reals = path_checker.shifted(self.cubics[step], 0.5 * (low + high), 0.5 * (high - low))
+        part: Reals = shifted(self.cubics[step], 0.5 * (low + high), 0.5 * (high - low))
         return part
 
 

@@ -104,6 +104,11 @@ def rows(data: Any, widths: Iterable[int], read: Callable[[Any], Any], what: str
     return [[read(value) for value in row] for row in data]
 
 
+def numbers(data: Any, widths: Iterable[int], what: str) -> list[list[float]]:
+    """Return a table of numbers of a file, whose rows have given numbers of entries."""
+    return rows(data, widths, lambda value: real(value, what), what)
+
+
 def fraction(text: Any, what: str) -> Fraction:
     """Return a positive number that is written as a decimal or as a fraction of whole numbers."""
     written = isinstance(text, str) and len(text) <= MAX_DIGITS and NUMBER.fullmatch(text)

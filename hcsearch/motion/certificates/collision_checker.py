@@ -85,7 +85,7 @@ class Pair:
         return depth[count, best], by, pick, height[count, best]
 
     def least(self, way: Any, ends: Any, height: Reals, closure: Any) -> tuple[Reals, Reals]:
-        """Return the least depth of piercings at closed states of boxes, and the contribution of each angle to it."""
+        """Return the least depth of piercings at closed states of boxes, and what each angle contributes to it [13]."""
         axes, places, points = way.seen(self.points, closure.middles)
         upper, lower = (points[np.arange(len(ends)), own] for own in ends.T)
         along = upper - lower
@@ -105,7 +105,7 @@ class Pair:
 
 
 class Traced:
-    """The position of a point, or of a vector between two (`fixed` false), along normals in boxes, as forms [10]."""
+    """The position of a point, or of a vector between two (`fixed` false), along normals in boxes, as forms [13]."""
 
     def __init__(self, way: Any, axes: Any, places: Any, place: Any, fixed: bool, boxes: Any) -> None:
         e, (p, q) = boxes.radii[:, way.hinges], way.pairs

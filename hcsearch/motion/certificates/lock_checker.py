@@ -125,7 +125,7 @@ class Loop:
         return tuple(balls.stacked(part[::-1] if back else part, 1) for part in parts)  # type: ignore[return-value]
 
     def expanded(self, middles: Reals, radii: Reals) -> tuple[Reals, ...]:
-        """Return values (count, 12), slopes (count, 12, n), squares and products times radii, and bounds [8]."""
+        """Return values (count, 12), slopes (count, 12, n), squares and products times radii, and bounds [11]."""
         angles, e = middles[:, self.hinges], radii[:, self.hinges]
         n, before, boxes = e.shape[1], np.cumsum(e, 1) - e, np.arange(len(e))
         cut = 1 + np.abs(2.0 * before[:, 1:] - e.sum(1, keepdims=True)).argmin(1)
@@ -210,7 +210,7 @@ class Equations:
         self.gram = gram + np.eye(rows) * (1e-12 * np.trace(gram, axis1=1, axis2=2) + 1e-300)[:, None, None]
 
     def combined(self, mixes: Reals) -> tuple[Reals, ...]:
-        """Return values, slopes and bends of combinations, (count, m, rows), and bounds of their unknown parts [9]."""
+        """Return values, slopes and bends of combinations, (count, m, rows), and bounds of their unknown parts [12]."""
         value, slope = (mixes @ self.values[..., None])[..., 0], mixes @ self.slopes
         bent = np.abs(mixes @ self.bends)
         unknown = bent.sum(2) + (np.abs(mixes) @ self.errors[..., None])[..., 0]
@@ -226,7 +226,7 @@ def centred(low: Reals, high: Reals) -> tuple[Reals, Reals]:
 
 
 def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals, Any, Any]:
-    """Contract boxes onto their closed states; return them, which ones are not empty, and the sides to split [9]."""
+    """Contract boxes onto their closed states; return them, which ones are not empty, and the sides to split [12]."""
     own = Equations(loops, *centred(low, high))
     right = np.concatenate([own.values[..., None], own.slopes], 2)
     mixes = np.swapaxes(np.linalg.solve(own.gram, right), 1, 2)
@@ -281,7 +281,7 @@ def check_empty(array: Array, low: Reals, high: Reals, limit: int, clock: Clock,
 
 
 def faces_of(low: Any, high: Any, tops: Any, clock: Clock) -> tuple[Any, Any]:
-    """Return the faces of boxes, (count, n) each in numbers of cuts, that no other box covers [8]: lows and highs."""
+    """Return the faces of boxes, (count, n) each in numbers of cuts, that no other box covers [9]: lows and highs."""
     below, above = list[Any](), list[Any]()
     n = low.shape[1]
     for h in range(n):
@@ -335,7 +335,7 @@ def boxes_of(claim: Any, count: int) -> tuple[list[Reals], Any, Any]:
 
 
 def check_lock(claim: Any, array: Array, clock: Clock, overlap: Any = None) -> str:
-    """Check that no motion leaves a set of boxes [8]; return the proved fact as a sentence."""
+    """Check that no motion leaves a set of boxes [9, 10]; return the proved fact as a sentence."""
     cuts, low, high = boxes_of(claim, len(array.ends))
     end, tried = entry(claim, "end", str), whole(claim.get("tried"), 0, 10**12, "tried")
     formed(end in ("packed", "flat"), "its end is neither packed nor flat")

@@ -2,8 +2,8 @@
 
 The path leads from packed to flat with closed loops, hinges between their stops, and shrunk facets that do not overlap.
 Closure at stops is decided in fractions; all else is computed with polynomials with radii for all errors. This file
-needs NumPy, and beside it `balls.py`, `polynomials.py` and `certificate_grammar.py`; it imports nothing else of hcsearch.
-Numbers in brackets are those of docs/explanation/certificates.md.
+needs NumPy, and beside it `balls.py`, `polynomials.py` and `certificate_grammar.py`, and imports nothing else of
+hcsearch. Numbers in brackets are those of docs/explanation/certificates.md.
 """
 
 from fractions import Fraction
@@ -13,57 +13,30 @@ from typing import Any
 import numpy as np
 
 if __package__:
-    from hcsearch.motion.certificates import balls, polynomials
-    from hcsearch.motion.certificates.certificate_grammar import (
-        ArrayData,
-        Clock,
-        NotProvedError,
-        entry,
-        formed,
-        fraction,
-        judged,
-        main,
-        need,
-        real,
-        rows,
-        whole,
-    )
+    from hcsearch.motion.certificates import balls, certificate_grammar
+    from hcsearch.motion.certificates.certificate_grammar import NotProvedError, formed, need
+    from hcsearch.motion.certificates.polynomials import CHAIN, FIRST, ONE, TERMS, Poly, folded, shifted, sines
 else:  # a program by itself, in a folder with the other ones
     import balls  # type: ignore[import-not-found, no-redef]
-    import polynomials  # type: ignore[import-not-found, no-redef]
-    from certificate_grammar import (  # type: ignore[import-not-found, no-redef]
-        ArrayData,
-        Clock,
-        NotProvedError,
-        entry,
-        formed,
-        fraction,
-        judged,
-        main,
-        need,
-        real,
-        rows,
-        whole,
+    import certificate_grammar  # type: ignore[import-not-found, no-redef]
+    from certificate_grammar import NotProvedError, formed, need  # type: ignore[no-redef]
+    from polynomials import (  # type: ignore[import-not-found, no-redef]
+        CHAIN,
+        FIRST,
+        ONE,
+        TERMS,
+        Poly,
+        folded,
+        shifted,
+        sines,
     )
 
 __all__ = ["NotProvedError", "checked"]
 Reals = np.ndarray[Any, np.dtype[np.float64]]
-EPS, up, Poly, folded = balls.EPS, balls.up, polynomials.Poly, polynomials.folded
-TERMS, FIRST, ONE, CHAIN = polynomials.TERMS, polynomials.FIRST, polynomials.ONE, polynomials.CHAIN
+EPS, up, Clock, entry = balls.EPS, balls.up, certificate_grammar.Clock, certificate_grammar.entry
 TINY, STOPS = 1e-13, 1e-3  # radius of a tube (rad) that is added to what is computed; what stops give (rad)
 DEPTH, BATCH = 16, 512  # how often a piece is halved for its gaps, and pieces that are computed at once
 CELLS, MOST_CELLS = 2**20, 2**17  # entries of derivatives of pieces at once, and those of one state
-
-
-def shifted(cubics: Reals, m: float, h: float) -> Any:
-    """Return cubics of x = m + h u as cubics of u."""
-    powers = [1, 0, 0, 0], [m, h, 0, 0], [m * m, 2 * m * h, h * h, 0], [m**3, 3 * m * m * h, 3 * m * h * h, h**3]
-    return cubics @ np.array(powers)
-
-
-def a_number(value: Any) -> float:
-    """Return a number of a stretch."""
-    return real(value, "a number of a stretch")
 
 
 def across(one: Any, two: Any) -> Any:
@@ -74,8 +47,8 @@ def across(one: Any, two: Any) -> Any:
 class Array:
     """Panels and hinges in the flat state; integers X, Y, Z stand for (sqrt(root) X, Y, Z) units, over a size."""
 
-    def __init__(self, data: Any, clock: Clock | None = None) -> None:
-        own, self.clock = ArrayData(data), clock or Clock()
+    def __init__(self, data: Any, clock: certificate_grammar.Clock | None = None) -> None:
+        own, self.clock = certificate_grammar.ArrayData(data), clock or Clock()
         self.root, self.height, self.unit, self.panels = own.root, own.height, own.unit, own.panel_of
         sizes = np.array([[len(facet)] for facet in own.facets])
         self.corner = corner = np.minimum(np.arange(sizes.max()), sizes - 1)  # the last one again where some have more
@@ -127,7 +100,7 @@ class Array:
         return lines
 
     def equations(self, closed: list[int], moving: Any) -> tuple[list[int], Reals]:
-        """Return the rows that decide closure for the moving hinges, and their left null space over all screws."""
+        """Return the rows that decide closure for the moving hinges, and their left null space of all screws [3, 7]."""
         rows, s, size = list[int](), self.stretch[0], self.size
         screws = np.full((6 * len(self.loops), len(self.hinges)), Fraction(0))
         for row, loop in zip(range(0, len(screws), 6), self.loops, strict=True):
@@ -178,7 +151,7 @@ class Array:
     def closure(self, cubics: Reals, radii: Reals, order: int) -> tuple[Poly, Poly, Reals]:
         """Twists of T - 1 of loops, (6 n_loops, 1), derivatives, radii of columns, and bounds of T - 1, (count,)."""
         angles, count, n, rows = (
-            polynomials.sines(cubics, radii, order),
+            sines(cubics, radii, order),
             len(cubics),
             len(self.hinges),
             6 * len(self.loops),
@@ -264,9 +237,9 @@ class Array:
 
     def led_by_cubics(self, data: Any, closed: list[int]) -> tuple[Reals, Reals, list[int]]:
         """Prove a stretch along cubics; return its pieces, the deviations of closed states, and its end state."""
-        at = np.array(rows([data.get("times")], [len(entry(data, "times", list))], a_number, "times")[0])
-        widths = [len(self.hinges)] * len(at)
-        angles, rates = (np.array(rows(data.get(name), widths, a_number, name)) for name in ("angles", "rates"))
+        widths, names = [len(self.hinges)] * len(entry(data, "times", list)), ("angles", "rates")
+        at = np.array(certificate_grammar.numbers([data["times"]], [len(widths)], "times")[0])
+        angles, rates = (np.array(certificate_grammar.numbers(data.get(name), widths, name)) for name in names)
         formed(len(at) > 2, "a stretch has no states")
         steps, ended = np.diff(at)[:, None], [int(angle > 1) for angle in angles[-1]]
         stops = pi * np.array([closed, ended])
@@ -294,8 +267,11 @@ class Array:
         return cubics, np.maximum(wide[:-1], wide[1:]), ended
 
     def led_by_equal_turns(self, data: Any, closed: list[int]) -> tuple[Reals, Reals, list[int]]:
-        """Prove a stretch in which hinges turn from stop to stop by one angle x; return as `led_by_cubics`."""
-        turned = {whole(hinge, 0, len(self.hinges) - 1, "a hinge") for hinge in entry(data, "hinges", list)}
+        """Prove a stretch in which hinges turn from stop to stop by one angle x [7]; return as `led_by_cubics`."""
+        turned = {
+            certificate_grammar.whole(hinge, 0, len(self.hinges) - 1, "a hinge")
+            for hinge in entry(data, "hinges", list)
+        }
         moving = np.array([hinge in turned for hinge in range(len(self.hinges))])
         for loop in self.loops:
             lines, level = [line for line in self.lines_at(closed, loop) if moving[line[0]]], 0  # turned by level x
@@ -337,7 +313,7 @@ class Array:
         self.hinge_of, self.give = hinge_of[tuple(self.pairs.T)], 0.25 * margin / self.reach
 
     def check_gaps(self, cubics: Reals, radii: Reals) -> None:
-        """Refuse pieces in which shrunk facets may overlap or hinges pass their stops; halve undecided pieces."""
+        """Refuse pieces in which shrunk facets may overlap or hinges pass their stops; halve undecided pieces [8]."""
         middles = self.corners.mean(1, keepdims=True)
         wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None] + 1e-11
         every, (one, two), size = (
@@ -352,7 +328,7 @@ class Array:
             self.clock.check()
             turned = np.abs(cubics - [0.5 * pi, 0, 0, 0]).sum(2) + radii + 1e-14  # what is rounded
             left = pairs & ~np.pad(turned < 0.5 * pi + self.give, ((0, 0), (0, 1)))[:, self.hinge_of]
-            angles = polynomials.sines(cubics, radii, 0)
+            angles = sines(cubics, radii, 0)
             poses = {panel: self.walked(way, angles)[:2] for panel, way in self.way.items()}
             posed = zip(*(poses[panel] for panel in self.panels), strict=True)
             turns, shifts = (Poly(np.stack([x.mid for x in own]), np.stack([x.rad for x in own])) for own in posed)
@@ -370,7 +346,7 @@ class Array:
                 waiting += [(shifted(cubics[keep], x, 0.5), radii, left[keep], depth + 1) for x in (-0.5, 0.5)]
 
     def separated(self, turns: Poly, shifts: Poly, number: Any, facets: Any) -> Any:
-        """Whether a direction fixed to one of two prisms separates them throughout each piece, (count,)."""
+        """Whether a direction fixed to one of two prisms separates them throughout each piece, (count,) [8]."""
         (f, g), size, apart = facets, len(number), np.zeros(len(number), bool)
         turn, other = (Poly(turns.mid[k, number], turns.rad[k, number], turning=True) for k in facets)
         shift, offset = (Poly(shifts.mid[k, number], shifts.rad[k, number]) for k in facets)
@@ -394,9 +370,10 @@ class Array:
         return apart
 
 
-def check_path(claim: Any, clock: Clock) -> str:
+def check_path(claim: Any, clock: certificate_grammar.Clock) -> str:
     """Check that a path leads from packed to flat; return the proved fact as a sentence."""
-    array, parts, margin = Array(claim.get("array"), clock), [], fraction(claim.get("margin"), "margin")
+    array, margin = Array(claim.get("array"), clock), certificate_grammar.fraction(claim.get("margin"), "margin")
+    parts = list[Any]()
     closed, lead = array.packed, {"equal": array.led_by_equal_turns, "cubics": array.led_by_cubics}
     for stretch in entry(claim, "stretches", list):
         kind = entry(stretch, "kind", str)
@@ -411,10 +388,10 @@ def check_path(claim: Any, clock: Clock) -> str:
     return f"{nothing}{path}, facets shrunk by {claim['margin']} m"
 
 
-def checked(claim: Any, clock: Clock | None = None) -> str:
+def checked(claim: Any, clock: certificate_grammar.Clock | None = None) -> str:
     """Return the proved claim as a sentence; refuse a claim that is not proved, or not of the documented form."""
-    return judged(claim, clock, check_path)
+    return certificate_grammar.judged(claim, clock, check_path)
 
 
 if __name__ == "__main__":
-    main("path", checked, __doc__)
+    certificate_grammar.main("path", checked, __doc__)

@@ -76,3 +76,9 @@ def sines(cubics: Reals, radii: Reals, order: int) -> tuple[Reals, Reals, Reals]
     rads[..., -1] += far**11 / 3e7 + far**12 / 4e8  # less than 11! and 12!
     sin, versed, c = sine.mid[..., 0, 0], less.mid[..., 0, 0], 1.0 - low
     return s * FIRST + c * sin - s * versed, low * FIRST + s * sin + c * versed, up(rads, CHAIN)
+
+
+def shifted(cubics: Reals, m: float, h: float) -> Any:
+    """Return cubics of x = m + h u as cubics of u."""
+    powers = [1, 0, 0, 0], [m, h, 0, 0], [m * m, 2 * m * h, h * h, 0], [m**3, 3 * m * m * h, 3 * m * h * h, h**3]
+    return cubics @ np.array(powers)
