@@ -376,7 +376,7 @@ def check_lock(claim: Any, array: Array, overlap: Any = None, limit: int | None 
     least = [[down(own[x]) for own, x in zip(cuts, low, strict=True)] for low, _ in parts]
     most = [[up(own[x]) for own, x in zip(cuts, high, strict=True)] for _, high in parts]
     tried = claim["tried"]
-    need(type(tried) is int and tried > 0, "the number of boxes that were tried is none")
+    need(type(tried) is int and tried >= 0, "the number of boxes that were tried is none")
     most_tried = FEWEST_BOXES + BOX_FACTOR * min(tried, MOST_BOXES) if limit is None else limit
     return len(parts), check_empty(array, array.loops, list(zip(least, most, strict=True)), most_tried, overlap)
 

@@ -385,6 +385,8 @@ def tube(stretch: Stretch, piece: Piece, gains: Sequence[list[Numbers]], nulls: 
     nulls : wrenches of a singular state at u = 0, from which the piece departs; then closed states are c + u G y.
     """
     count, order, moving = len(stretch.rows), int(bool(nulls)), stretch.moving
+    if not count:  # in no loop
+        return [ZERO] * len(piece.bases)
     kept = list(range(count))
     for null in nulls:  # equations along wrenches take the place of as many others
         kept.remove(max(kept, key=lambda i: abs(null[i].mid[0])))
@@ -450,6 +452,8 @@ def tube(stretch: Stretch, piece: Piece, gains: Sequence[list[Numbers]], nulls: 
 def gain_at(stretch: Stretch, piece: Piece, u: float, near: list[Numbers] | None = None) -> list[Numbers]:
     """Directions across which equations change at a place of a piece, in the order and senses of those near by."""
     _, slopes, _ = stretch.twists(piece.angles())
+    if not slopes:
+        return []
     own = np.linalg.svd(np.array([[part.at(u) for part in row] for row in slopes]), full_matrices=False)[2]
     if near is not None:
         likeness, order = own @ (np.array(near, float) / ONE), [0] * len(own)
