@@ -105,7 +105,7 @@ def test_the_main_job(start, run):
     done = start("enumerate", "--grid", "hex", "--n", "12", "--until", "twist", "--db", "a.sqlite")
     numbers = funnel(done.stdout)
     assert list(numbers.values()) == [13265, 1175, 625, 239, 88, None, None]
-    assert list(numbers)[-2:] == ["movable", "deployable by springs"]
+    assert list(numbers)[-2:] == ["movable", "deployed by springs"]
     assert without_progress(done.stderr) == ""
     sql = "SELECT count(*), sum(n_fixed), sum(two_stack), sum(untwisted), count(DISTINCT array) FROM designs"
     result = run("query", "--db", "a.sqlite", "--sql", sql, "--format", "csv")

@@ -98,6 +98,9 @@ def _refused(path):
     [
         ("x = " + "[" * 2000 + "]" * 2000, "its brackets are nested too deep; write fewer"),
         ("x = 1" + "0" * 5000, "Exceeds the limit"),
+        ("x = [{ y = 0x" + "f" * 5000 + " }]", "it has an integer of more than 64 bits"),
+        (f"x = {2**63}", "it has an integer of more than 64 bits, which TOML does not allow; write a smaller number"),
+        (f"x = {-(2**63) - 1}", "it has an integer of more than 64 bits"),
         ("x =", "Invalid value"),
         ("x = 1\nx = 2", "Cannot overwrite a value"),
         ("a" + ".a" * 50_000 + " = 1", "a key has more than 32 parts; write fewer points in it"),
@@ -117,6 +120,10 @@ def test_points_in_texts_remarks_and_numbers_are_no_parts_of_a_key():
         f'# {points}\nx = \'{points}\' # \'{points}\ny = "\\"{points}"\nz = [{"0.1, " * 100}]\nt = """\n{points}\n"""\n'
     )
     assert len(parse_toml(text)) == 4
+
+
+def test_integers_of_64_bits_are_read():
+    assert parse_toml(f"x = {2**63 - 1}\ny = [{-(2**63)}]") == {"x": 2**63 - 1, "y": [-(2**63)]}
 
 
 def test_toml_is_read(tmp_path):

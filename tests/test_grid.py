@@ -1,9 +1,10 @@
+import re
 import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from hcsearch.basics.errors import ArrayError, HcsearchError, InputFileError, NotationError, SizeError
@@ -251,6 +252,25 @@ def test_files_of_cells_may_have_a_heading_in_any_order(array, comma, random):
         ("triangle", "XXX/XXX", "h1"),
         ("obtuse", "XXX/XXX", "h1"),
         ("triangle", ".XXX", "triangle:7"),
+        ("square", "XXX / X X / XXX", "square:7.5.7"),
+        ("square", "XXX/X X/XXX", "square:7.5.7"),
+        ("square", "X X X / X   X / X X X", "square:7.5.7"),
+        ("square", "X X X / X . X / X X X", "square:7.5.7"),
+        ("square", "X\tX\tX/X\t\tX/X\tX\tX", "square:7.5.7"),
+        ("square", "XXX\r\nX X  \nXXX\t\n\n", "square:7.5.7"),
+        ("square", "\ufeff\n    XXX\n    X X\n    XXX\n    ", "square:7.5.7"),
+        ("square", "XXX /\nX X /\nXXX", "square:7.5.7"),
+        ("rectangle", "XX / X / XX", "rectangle:3.1.3"),
+        ("square", " XX\nXX", "square:3.6"),
+        ("square", "###/#.#/###", "square:7.5.7"),
+        ("square", "OOO/o O/ooo", "square:7.5.7"),
+        ("square", "111/101/111", "square:7.5.7"),
+        ("square", "1 1 1\n1 0 1\n1 1 1", "square:7.5.7"),
+        ("hex", " X X X\nX X X X\n X X X", "3-4-3"),
+        ("hex", "XXX\n\nXXX", None),
+        ("square", "XXX / / XXX", None),
+        ("square", "XXX\n\nXXX", None),
+        ("square", "X X X / X.X / X X X", None),
     ],
 )
 def test_drawings(grid, drawing, same):
@@ -282,6 +302,98 @@ def test_drawn_arrays_are_the_arrays(array):
         file = Path(folder) / "drawn.txt"
         file.write_text("# drawn\n" + "\n".join(rows))
         assert parse_array(grid, f"@{file}") == array
+
+
+@given(
+    st.lists(st.text("X ", min_size=1, max_size=5), min_size=1, max_size=5),
+    st.sampled_from(["X", "x", "#", "O", "1"]),
+    st.sampled_from([("", ""), (" ", ""), ("\t", ""), ("", "  "), ("", "\t \r")]),
+)
+def test_a_blank_is_an_empty_place_however_a_drawing_is_written(rows, sign, written):
+    """Where every second place is blank, blanks part the places, and a drawing of single columns is another one."""
+    between, after = written
+    assume(any("X" in row for row in rows) and any(row[1::2].strip() for row in rows) and rows[0][0] == "X")
+    cells = [(x, -y) for y, row in enumerate(rows) for x, mark in enumerate(row) if mark == "X"]
+    lines = [between.join(row.replace("X", sign)) + after for row in rows]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "drawn.txt"
+        file.write_text("\n".join(lines), encoding="utf-8-sig")
+        # digits that blanks part are cells
+        texts = ["\n".join(lines)] * (len(rows) > 1 or sign != "1") + ([f"@{file}"] if sign != "1" else [])
+        for text in texts:
+            try:
+                expected = Array.from_cells("square", cells)
+            except ArrayError as error:
+                with pytest.raises(ArrayError, match=re.escape(str(error))):
+                    parse_array("square", text)
+            else:
+                assert parse_array("square", text) == expected
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("XXX/ X X/XXX", "row 2 of 'XXX/ X X/XXX' begins with a blank: write ' / ' between all rows, and . for an"),
+        ("XXX / X.X/XXX", "row 2 of .* begins with a blank"),
+        (" XX / XX", "row 1 of 'XX / XX' begins with a blank"),
+        ("XOX/OXO", "the drawing has the signs O and X: draw cells as X and empty places as ."),
+        ("XX / / XX", "not connected .2 pieces.: join them by shared edges; a blank in a drawing is an empty place"),
+    ],
+)
+def test_ambiguous_drawings_are_refused(spec, message):
+    with pytest.raises(HcsearchError, match=message):
+        parse_array("square", spec)
+
+
+RING = "square:7.5.7"
+
+
+@pytest.mark.parametrize(
+    ("grid", "text", "notation"),
+    [
+        ("square", "0.0,0.0\n1.0,0.0\n1.0,1.0\n0.0,1.0\n", "square:3.3"),
+        ("square", "0.000000000000000000e+00 1.0e+00\n1.0e0 +1.\n", "square:3"),
+        ("square", "0,0,0\n1,1,0\n2,1,1\n3,0,1\n", "square:3.3"),
+        ("square", ",x,y\n0,0,0\n1,1,0\n2,1,1\n", "square:3.2"),
+        ("square", "   x  y\n0  0  0\n7  1  0\n4  1  1\n", "square:3.2"),
+        ("square", "index;y;x\n5;0;0\n7;1;0\n", "square:1.1"),
+        ("square", '"x","y"\r\n"0","0"\r\n"1.0","0.0"\r\n', "square:3"),
+        ("square", "[[0 0]\n [1 0]\n [1 1]]", "square:3.2"),
+        ("square", "1 1\n1 0\n0 1", "square:2.3"),
+        ("triangle", ",x,y,u\n0,0,0,0\n1,0,0,1\n", "triangle:3"),
+        ("square", "###\n#.#\n###\n", RING),
+        ("square", "# a ring\n###\n#.#\n###\n", RING),
+        ("square", "# a ring\n  # of eight\nXXX # above\nX X\nXXX\n", RING),
+        ("square", "111\n101\n111\n", RING),
+        ("square", "OOO\nO.O\nOOO\n", RING),
+        ("square", "\n \nXXX\nX X\nXXX\n\n", RING),
+        ("hex", "# row\n X X\nX X X\n", "hex:7.3"),
+    ],
+)
+def test_files_as_other_programs_write_them(grid, text, notation, tmp_path):
+    (tmp_path / "cells.txt").write_text(text, encoding="utf-8-sig")
+    assert parse_array(grid, f"@{tmp_path / 'cells.txt'}").notation == notation
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("0.5,1\n1,1", "line 1: '0.5,1' is no cell: write x,y"),
+        ("nan,1\n1,1", "line 1"),
+        ("0,0,0\n5,1,0\n", "line 1: '0,0,0' is no cell: write x,y"),
+        ("k,x,y\n0,0,0\n", "'k,x,y' is no heading of cells: write x,y, or draw rows of X and ."),
+        ("1 1 1\n1 0 1\n1 1 1", "is no cell: write x,y, or draw rows of 1 and 0 without blanks"),
+        ("XX#X\nXXXX", "the drawing has the signs # and X"),
+        ("***\n*.*", "'[*]{3}' is no heading of cells: write x,y, or draw rows of X and ."),
+        ("XXX\n\nXXX\n", "not connected .2 pieces.: .*; a blank in a drawing is an empty place"),
+        ("...\n", "has no cell: draw cells as X"),
+        ("# note\n#####\n", "holds no cells: .*# begins a comment"),
+    ],
+)
+def test_files_that_are_no_array_are_refused_with_the_remedy(text, message, tmp_path):
+    (tmp_path / "cells.txt").write_text(text)
+    with pytest.raises(HcsearchError, match=message):
+        parse_array("square", f"@{tmp_path / 'cells.txt'}")
 
 
 def test_a_drawing_of_hexagons_side_by_side_is_refused_with_the_remedy():

@@ -15,8 +15,8 @@ SHARED = {
     "main": ("hcsearch.", "the start of a program"),
 }
 """Names that mean the same wherever they stand, below a package, and what that is."""
-ALONE = ("lock_checker", "path_checker", "collision_checker")
-"""Checkers of certificates, which import nothing of the package, so that a stranger can read them alone."""
+ALONE = ("lock_checker", "path_checker", "collision_checker", "balls", "polynomials", "certificate_grammar")
+"""Checkers of certificates, which import nothing else of the package, so that a stranger can read them alone."""
 
 
 def public_names(source):

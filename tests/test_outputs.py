@@ -5,7 +5,9 @@ import sqlite3
 import stat
 import subprocess
 import sys
+import textwrap
 from contextlib import closing
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -65,6 +67,32 @@ def test_a_failure_leaves_the_older_file_and_nothing_else(folder, error):
             fail(place)
     assert names(folder) == ["page.html"]
     assert (folder / "page.html").read_text() == "older"
+
+
+def test_files_of_a_killed_process_are_removed_and_those_of_a_running_one_kept(folder):
+    script = """
+        import sys
+        from hcsearch.system.outputs import replacing_file
+        with replacing_file("out.zip") as part:
+            part.write_bytes(b"half of it")
+            print(part, flush=True)
+            sys.stdin.read()
+    """
+    words = [sys.executable, "-c", textwrap.dedent(script)]
+    kept, killed = (subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) for _ in range(2))
+    parts = [Path(writer.stdout.readline().strip()).name for writer in (kept, killed)]
+    killed.kill()
+    killed.communicate()
+    others = [".part", ".0123456789abcdef.part.d", ".notes.part", "0123456789abcdef.part"]
+    (folder / others[1]).mkdir()
+    for name in (others[0], *others[2:]):
+        (folder / name).touch()
+    assert set(names(folder)) == {*parts, *others}
+    write_output("page.html", "whole")
+    assert set(names(folder)) == {parts[0], "page.html", *others}
+    kept.communicate("")
+    assert (folder / "out.zip").read_bytes() == b"half of it"
+    assert set(names(folder)) == {"out.zip", "page.html", *others}
 
 
 def test_a_disk_that_is_found_full_only_at_the_end_leaves_the_older_file(folder, monkeypatch):

@@ -37,7 +37,7 @@ def path(tmp_path_factory):
     for more in ((), ("--panel", "1000x20")):
         text = call("enumerate", "--grid", "hex", "--n", 8, "--keep", "untwisted", "--db", file, *more)
         assert "movable" in text
-        assert "deployable by springs" in text
+        assert "deployed by springs" in text
     assert "scene: 1000x1000x20, panels of 1000x1000x20 mm" in text
     assert "1 taken from before" in text  # what depends on no scene
     return file

@@ -18,7 +18,6 @@ from hcsearch.designs.folding import Folding, folding_of, split_crease
 from hcsearch.scenes import Scene
 from hcsearch.search.own_patterns.checked_patterns import CheckedPattern, check_pattern
 from hcsearch.search.own_patterns.single_circuits import CheckedCircuit, check_circuit
-from hcsearch.system.terminal import write_notice
 
 CheckProgress = Callable[[int, int, str], None]
 
@@ -38,9 +37,9 @@ def check(
     Parameters
     ----------
     what
-        A crease pattern FILE.fold, a model that `save` wrote (.urdf, .xml, .mjcf), a circuit by its notation, in any
-        position, order and direction, or by its id, one of its foldings, a file NAME.toml that names one folding or a
-        file, or a case.
+        A crease pattern FILE.fold (or .cp, .opx, .svg), a model that `save` wrote (.urdf, .xml, .mjcf), a circuit by
+        its notation, in any position, order and direction, or by its id, one of its foldings, a file NAME.toml that
+        names one folding or a file, or a case.
     scene, panel, flat_pairs, db, **values
         As in `deploy`. Panels have the size that a file gives in a physical unit, unless `panel` sets another, of a
         CheckedPattern as longest edge x thickness.
@@ -56,7 +55,7 @@ def check(
     Examples
     --------
     >>> from hcsearch import check
-    >>> check("hex:0234550132").funnel["deployable by springs"]
+    >>> check("hex:0234550132").funnel["deployed by springs"]
     1
     """
     check_kinds(check, locals())
@@ -72,7 +71,6 @@ def check(
     elif isinstance(what, str) and is_pattern_file(what):
         drawn = read_pattern_file(what, panel)
         if isinstance(drawn, DrawnPattern):
-            write_notice(f"{what} {drawn.no_design}")
             case = resolve_pattern(drawn, db, scene=scene, flat_pairs=flat_pairs, values=values)
             return check_pattern(what, drawn.packed, case.scene, *reporting)
         circuit, panel = drawn.design.circuit, drawn.panel

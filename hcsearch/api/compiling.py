@@ -40,6 +40,7 @@ from hcsearch.kernels.compiling.under_way import is_ready, missing_stamps, uncom
 from hcsearch.kernels.deployment_batch import check_foldings
 from hcsearch.kernels.enclosure.flooding import new_flood, spread_flood
 from hcsearch.kernels.enclosure.refutation import new_refutation, refutation_with
+from hcsearch.kernels.linkage.closing_steps import damped_step
 from hcsearch.kernels.linkage.cones import cone_rays, nonnegative_least_squares, settle_ends
 from hcsearch.kernels.linkage.hinge_lines import survey_ends
 from hcsearch.kernels.linkage.loops import bend_loops, close_loops, generic_states
@@ -92,6 +93,7 @@ def _list_without_storing(search: Search, until: str) -> None:
 
 
 def _check() -> None:
+    compile_scene(Folding.from_notation(_MOVABLE).linkage(), SCENES["default"])  # its loops are closed by a step
     compiled = compile_scene(Folding.from_notation(_FOLDING).linkage(), SCENES["default"])
     check_deployments([compiled], past_collisions=False)
     play_of_deployment(compiled, simulate_compiled(compiled, certified=False).motion)
@@ -152,6 +154,7 @@ _DEPLOY = (
 _CHECK = (
     check_foldings,
     close_loops,
+    damped_step,
     pairs_between,
     simulate_motion,
     refined_motion,

@@ -15,6 +15,7 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.motion.certificates import certifying
+from hcsearch.motion.certificates.certificate_grammar import SECONDS
 from hcsearch.scenes import Scene
 from hcsearch.system.outputs import check_output, write_output
 
@@ -77,13 +78,15 @@ def prove(
     return Certificate(Path(path), tuple(sentences))
 
 
-def verify(path: str | Path) -> Certificate:
+def verify(path: str | Path, *, seconds: float = SECONDS) -> Certificate:
     """Check a certificate, as `hcsearch verify` does.
 
     Parameters
     ----------
     path
         The file of the certificate.
+    seconds
+        Time after which it is not decided whether its claims are proved.
 
     Returns
     -------
@@ -92,10 +95,13 @@ def verify(path: str | Path) -> Certificate:
 
     Raises
     ------
+    hcsearch.motion.certificates.certifying.UnprovedCertificateError
+        If a claim is not proved, or not in the given time.
     hcsearch.motion.certificates.certifying.CertificateError
-        If a claim is not proved.
+        If the file is no certificate.
     InputFileError
         For a file that cannot be read.
     """
     check_kinds(verify, locals())
-    return Certificate(Path(path), tuple(certifying.verify_certificate(certifying.read_certificate(str(path)))))
+    data = certifying.read_certificate(str(path))
+    return Certificate(Path(path), tuple(certifying.verify_certificate(data, seconds)))

@@ -10,10 +10,22 @@ from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import QueryError
+from hcsearch.basics.undecided_simulations import undecided_sentences
 from hcsearch.cases.databases import Place, reading_database, writing_database
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store import SCENIC, Database, Rows, asks_for, check_scene, format_rows, save_rows, stream, stream_sql
+from hcsearch.store import (
+    SCENIC,
+    Database,
+    Rows,
+    asks_for,
+    check_scene,
+    format_rows,
+    save_rows,
+    simulations_not_decided,
+    stream,
+    stream_sql,
+)
 from hcsearch.store.columns import RANKING_CRITERIA
 from hcsearch.store.empty_results import empty_result_reason
 from hcsearch.store.rows import ResultRow
@@ -220,6 +232,15 @@ def query_text(selection: Query, db: Place, style: str) -> Iterator[str]:
     """Yield the rows that a query selects as pieces of text in a style."""
     with reading_database(db) as database, selection.noticed_rows(database) as rows:
         yield from format_rows(rows, style)
+
+
+def undecided_notices(selection: Query, db: Place) -> tuple[str, ...]:
+    """Return the sentences on foldings of the selected designs that no simulation decides; none where SQL selects."""
+    if selection.sql is not None:
+        return ()
+    with reading_database(db) as database:
+        scene = scene_asked_for(database, selection.scene, selection.panel, query=selection.conditions)
+        return undecided_sentences(simulations_not_decided(database, selection.conditions, scene))
 
 
 def save_query(selection: Query, db: Place, style: str, path: str | Path) -> None:

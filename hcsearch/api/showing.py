@@ -23,6 +23,7 @@ from hcsearch.library.assemblies.description import AssemblyFacts, describe_asse
 from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
 from hcsearch.scenes import Scene, panel_of
 from hcsearch.system.outputs import check_output
+from hcsearch.system.terminal import write_notice
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
@@ -89,8 +90,8 @@ def show(
     ----------
     design
         Its id in the database, the notation of its circuit, which needs no database, DESIGN:CREASE for one of its
-        foldings, the name of an assembly, a file `.fold`, `.urdf`, `.xml` or `.mjcf`, or a case or a file `NAME.toml`
-        that names one of these, which is shown in its scene.
+        foldings, the name of an assembly, a file `.fold`, `.cp`, `.opx`, `.svg`, `.urdf`, `.xml` or `.mjcf`, or a case
+        or a file `NAME.toml` that names one of these, which is shown in its scene.
     db, scene, panel
         As in `deploy`. Where a scene or panels are given, the paths and deployments are those in this scene; else in
         all.
@@ -206,6 +207,7 @@ def _of_file(path: str, db: Place | None, scene: str | None, panel: str | None) 
         return replace(shown, foldings=drawn.design.foldings)
     if scene is not None:
         raise HcsearchError("the properties of a pattern depend on no scene: ask for a page, or leave the scene out")
+    write_notice(f"{path} {drawn.no_design}")
     return pattern_mobility(path, drawn.packed, Scene())
 
 
@@ -272,7 +274,7 @@ def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:
     if not name[:1].isdigit() and ":" not in name:
         raise HcsearchError(
             f"{name!r} is no design: give an id, the notation of a circuit such as hex:0234550132, a file .toml, "
-            ".fold, .urdf or .xml, or the name of an assembly (`hcsearch assembly list`)"
+            ".fold, .cp, .opx, .svg, .urdf or .xml, or the name of an assembly (`hcsearch assembly list`)"
         )
     return split_crease(name)
 

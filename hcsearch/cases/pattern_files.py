@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hcsearch.basics.errors import HcsearchError, PatternError
@@ -15,7 +17,9 @@ if TYPE_CHECKING:
 
 MODEL_SUFFIXES = (".urdf", ".xml", ".mjcf")
 """Endings of models of mechanisms."""
-PATTERN_SUFFIXES = (".fold", *MODEL_SUFFIXES)
+DRAWING_SUFFIXES = (".fold", ".cp", ".opx", ".svg")
+"""Endings of drawings of crease patterns."""
+PATTERN_SUFFIXES = (*DRAWING_SUFFIXES, *MODEL_SUFFIXES)
 """Endings of files that hold a pattern."""
 
 
@@ -29,7 +33,7 @@ class DrawnPattern:
     """A pattern of a file that is no design.
 
     path : of the file. panel : the size that was asked for, as of `pattern_of_drawing`; None for that of the file.
-    no_design : why it is not checked as a design, as a clause after its name.
+    no_design : why it is taken as no design, as a clause after its name.
     """
 
     path: str
@@ -53,15 +57,12 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
     panel : as of `--panel`. InputFileError for a file that holds no flat pattern, PatternError as of `pack_drawing`.
     """
     from hcsearch.search.own_patterns.drawn_linkages import states_between_stops  # noqa: PLC0415
-    from hcsearch.search.own_patterns.fold_reading import read_fold  # noqa: PLC0415 - most commands read no such file
     from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design  # noqa: PLC0415
-    from hcsearch.search.own_patterns.robot_models import read_model  # noqa: PLC0415
 
-    is_model = path.lower().endswith(MODEL_SUFFIXES)
-    drawing = read_model(path) if is_model else read_fold(path)
+    drawing = _read_drawing(path)
     for remark in drawing.remarks:
         write_notice(f"{path}: {remark}")
-    if is_model:
+    if path.lower().endswith(MODEL_SUFFIXES):
         why = "is no design of a grid, as it is the model of a mechanism"
         return DrawnPattern(path, panel, _packed(path, drawing, panel), why)
     try:
@@ -69,14 +70,30 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
     except PatternError as error:
         why, _, _ = str(error).partition(": ")  # without the remedy
         return DrawnPattern(path, panel, _packed(path, drawing, panel), f"is no design of a grid, as {why}")
-    if states_between_stops(drawing):
+    notation = design.circuit.notation
+    if design.has_assignments and not design.creases:
+        with suppress(PatternError):
+            why = f"is taken as a linkage, as {notation} has no two-stack folding"
+            return DrawnPattern(path, panel, _packed(path, drawing, panel), why)
+    elif states_between_stops(drawing):
         packed = _packed(path, drawing, panel)
         if packed.packed:
-            why = f"is checked as a linkage, as it states {design.circuit.notation} between the stops of its hinges"
+            why = f"is taken as a linkage, as it states {notation} between the stops of its hinges"
             return DrawnPattern(path, panel, packed, why)
         fault = packed.sentence.removeprefix("no packed state is known: ")
         write_notice(f"{path}: {fault}; the design is checked from its packed states")
     return DrawnDesign(path, drawn_panel_size(design, drawing) if panel is None else panel, design)
+
+
+def _read_drawing(path: str) -> PatternDrawing:
+    """Return the drawing in a file, read by its ending."""
+    from hcsearch.search.own_patterns.fold_reading import read_fold  # noqa: PLC0415 - most commands read no such file
+    from hcsearch.search.own_patterns.line_drawings import read_cp, read_opx  # noqa: PLC0415
+    from hcsearch.search.own_patterns.robot_models import read_model  # noqa: PLC0415
+    from hcsearch.search.own_patterns.svg_drawings import read_svg  # noqa: PLC0415
+
+    readers = {".fold": read_fold, ".cp": read_cp, ".opx": read_opx, ".svg": read_svg}
+    return readers.get(Path(path).suffix.lower(), read_model)(path)
 
 
 def _packed(path: str, drawing: PatternDrawing, panel: str | None) -> PackedPattern:

@@ -80,8 +80,7 @@ def replay_of_deployment(
     shares = np.linspace(0.0, 1.0, REPLAY_SUBSTEP_COUNT, endpoint=False)
     between = (motion.times[:-1, None] + shares * np.diff(motion.times)[:, None]).ravel()
     times = np.append(between, motion.times[-1])
-    q = motion.at(times)
-    times, angles = _without_repeats(times, compiled.of_hinges(q, np.zeros_like(q))[0])
+    times, angles = _without_repeats(times, deployment.angles_at(times))
     indices, error = thin_states(times, angles, REPLAY_ANGLE_TOLERANCE)
     end = float(times[-1]) if clearance is not None and clearance.kind == "clear" else None
     if clearance is not None and clearance.time is not None:

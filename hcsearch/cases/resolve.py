@@ -35,6 +35,7 @@ from hcsearch.scenes.scene_file import SUBJECT_KEYS, read_scene_file, scene_file
 from hcsearch.scenes.values import shown_value
 from hcsearch.shape.linkage import Linkage
 from hcsearch.store.failures import retry_if_changed
+from hcsearch.system.terminal import write_notice
 
 
 @retry_if_changed
@@ -237,7 +238,7 @@ def _of_pattern_file(name: str, path: str, content: Mapping[str, Any], arguments
 def _of_pattern(
     name: str, drawn: DrawnPattern, content: Mapping[str, Any], arguments: _Arguments, db: Place | None
 ) -> Case:
-    """Return the case of a drawn pattern in the scene that is asked for."""
+    """Return the case of a drawn pattern in the scene that is asked for; a line says why it is no design."""
     content = {key: value for key, value in content.items() if key != "panel_mm"}
     arguments = replace(arguments, panel=None)
     with scene_database(arguments.scene, db) as (database, _):
@@ -248,6 +249,7 @@ def _of_pattern(
         )
     scene = arguments.changed(scene)
     formulation, drive = content.get("formulation"), content.get("drive")
+    write_notice(f"{drawn.path} {drawn.no_design}")
     return Case(name, drawn, scene, first_variant(scene), formulation=formulation, drive=drive)
 
 

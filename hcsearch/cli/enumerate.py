@@ -91,6 +91,8 @@ def _announce_none(plan: Plan, funnel: Funnel) -> None:
 
 
 def _print_summary(done: Enumeration) -> None:
+    from hcsearch.basics.undecided_simulations import undecided_sentences
+
     plan, summary, funnel = done.plan, done.summary, done.summary.funnel
     target = plan.search.target or f"all arrays of {plan.search.n} cells"
     click.echo(f"{plan.search.grid.name} grid, {target}, n = {plan.search.n}")
@@ -102,7 +104,7 @@ def _print_summary(done: Enumeration) -> None:
         ("two-stack", funnel.two_stack),
         ("untwisted", funnel.untwisted),
         ("movable", funnel.movable),
-        ("deployable by springs", funnel.deploys),
+        ("deployed by springs", funnel.deploys),
     ):
         click.echo(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
     times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())
@@ -110,6 +112,8 @@ def _print_summary(done: Enumeration) -> None:
     if plan.scene_stages:
         click.echo(f"scene: {plan.scene.name}, panels of {plan.panel} mm")
     click.echo(f"batches: {summary.batches_done} done, {summary.batches_reused} taken from before")
+    for sentence in undecided_sentences(summary.not_decided):
+        click.echo(sentence)
     if summary.undecided:
         foldings = "1 folding is" if summary.undecided == 1 else f"{summary.undecided:,} foldings are"
         click.echo(f"{foldings} undecided: the same command with --budget {_next_budget(plan)} searches on")

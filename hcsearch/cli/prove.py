@@ -50,21 +50,32 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
     "verify", epilog=examples_epilog("hcsearch prove hex:0223335500:4 --output lock.json", "hcsearch verify lock.json")
 )
 @click.argument("path", metavar="FILE")
-def verify(path: str) -> None:
+@click.option(
+    "--seconds",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=600.0,
+    show_default=True,
+    help="Time after which it is not decided whether the claims are proved.",
+)
+def verify(path: str, seconds: float) -> None:
     """Check a certificate of `hcsearch prove`.
 
     The command checks that the array is that of the folding which the file names; a pattern is the one in the file.
     Then it checks each claim by interval arithmetic, and prints what is proved.
 
-    Exit code: 0 if all claims hold; 1 if one is not proved; 2 if the file is no certificate.
+    Exit code: 0 if all claims hold; 1 if one is not proved, or not decided in the time; 2 if the file is no
+    certificate.
     """
     from hcsearch.api import proving
-    from hcsearch.motion.certificates.certifying import CertificateError
+    from hcsearch.motion.certificates.certifying import CertificateError, UnprovedCertificateError
 
     try:
-        sentences = proving.verify(path).sentences
-    except CertificateError as refused:
+        sentences = proving.verify(path, seconds=seconds).sentences
+    except UnprovedCertificateError as refused:
         click.echo(f"{path}: not proved: {refused}", err=True)
         click.get_current_context().exit(1)
+    except CertificateError as refused:
+        click.echo(f"{path}: no certificate: {refused}", err=True)
+        click.get_current_context().exit(2)
     for sentence in sentences:
         click.echo(sentence)

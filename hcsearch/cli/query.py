@@ -55,13 +55,16 @@ def query(
     @FILE), circuit= a circuit in any position, order or direction. An unknown value satisfies neither a condition nor
     its negation.
     """
-    from hcsearch.api.querying import Query, query_text, save_query
+    from hcsearch.api.querying import Query, query_text, save_query, undecided_notices
 
     selected_columns = columns or (_COLUMNS if sql is None else "")
     selection = Query(condition, "designs", selected_columns, sort or "", limit, scene, panel, sql)
     if output is None:
         for text in query_text(selection, db, style):
             click.echo(text, nl=False)
+        if style == "table":
+            for sentence in undecided_notices(selection, db):
+                click.echo(sentence, err=True)
         return
     check_output(output)
     save_query(selection, db, style, output)

@@ -40,7 +40,8 @@ def sheet(name: str, as_json: bool, **options: Any) -> None:
     The sheet gives each rule with its clause, the figure and whether it passes: torque margin over the whole travel,
     also with one spring failed, clearance over tolerances, frequency, flatness and room where the standard or the scene
     asks for them; then how figures change with the hardware, and what was left out. Friction, latches, tolerances, the
-    envelope and the craft are values of the scene.
+    envelope and the craft are values of the scene. Each figure is proved, sampled at states, or simulated: of these
+    a sampled one does not pass, and one whose bound and whose sample lie on both sides of the rule is not known.
 
     The motion is that of the stored verdict; without one it is simulated, and else planned.
 

@@ -50,8 +50,9 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
     are those in a scene, and so are all results on the page; for a circuit, motions are planned and simulated anew.
 
     For an assembly, the command prints its properties like `hcsearch assembly`, and the page plays its motion by
-    springs. For a pattern of panels, FILE.fold, or a model .urdf, .xml or .mjcf, it prints the degrees of freedom and
-    the locks, and the page also plays the planned path; a file that draws a design stands for it.
+    springs. For a pattern of panels, .fold, .cp, .opx or .svg, or a model .urdf, .xml or .mjcf, it prints the
+    degrees of freedom and the locks, and the page also plays the planned path; a file that draws a design stands for
+    it.
 
     FILE.toml is a scene that names a folding, an assembly or a pattern, as `hcsearch tune` and `hcsearch drive` write
     it. The command shows what it names, with these sizes, and the page plays its motion with these springs or drives.

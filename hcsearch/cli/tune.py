@@ -98,8 +98,9 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     evaluation is stored in the database, so that the same command continues an interrupted search.
 
     With --rule it chooses springs by linear programs instead: the least preloads with which the torque of the springs
-    passes the motorisation of a standard at every point of the travel, with any one spring failed if the standard asks
-    for it. `hcsearch sheet` reviews the result.
+    passes the motorisation of a standard, with any one spring failed if the standard asks for it. Along a proved path a
+    proved bound of it passes, between the states of the path, too; of a deployment the least at its simulated states.
+    `hcsearch sheet` reviews the result.
 
     Exit code: 0 if the array becomes flat with the chosen springs, certified free of collisions; 1 if there are no such
     springs; 2 for wrong input.

@@ -253,8 +253,9 @@ class FlightNumbers:
 
     Each is exact or a bound in the direction that docs/explanation/flight.md names and proves. SI units.
 
-    torque_margin : least ratio of the torque of springs to the resisting torques over the travel, at the hinge
-        torque_margin_hinge (a name as in pictures) and the share torque_margin_at of the travel, 0 packed, 1 flat.
+    torque_margin : least ratio of the torque of springs to the resisting torques over the travel, a lower bound for a
+        proved path, at the simulated states for a deployment; least at the hinge torque_margin_hinge (a name as in
+        pictures) and the share torque_margin_at of the travel, 0 packed, 1 flat.
     torque_margin_failed : the same with the worst spring missing.
     deployed_hz : first frequency of the flat array on its latches, Hz; soft_modes : directions without stiffness.
     latch_torque : greatest torque of a latch, N m. latch_impulse : moment of impulse that the root takes at an arrival,
@@ -374,6 +375,14 @@ class VerdictBatch(ByValue):
     motion: MotionBatch
     deployment: DeploymentBatch | None
     flight: tuple[FlightNumbers | None, ...] | None = None
+
+    def undecided_reasons(self) -> dict[int, str]:
+        """Return by folding the reason of the first undecided simulation, of those that no springs deploy."""
+        trials = () if self.deployment is None else self.deployment.trials
+        undecided = [
+            trial for trial in trials if trial.status == "undecided" and self.folding_status[trial.folding] != "deploys"
+        ]
+        return {trial.folding: trial.reason for trial in reversed(undecided)}
 
 
 @dataclass(frozen=True)

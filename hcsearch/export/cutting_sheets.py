@@ -79,7 +79,7 @@ _MARK = 0.5
 _GRID = 1e-7
 """Grid to which coordinates are rounded when outlines are joined, mm."""
 
-SHEET_LAYERS = ("CUT", "SLIT", "MOUNTAIN", "VALLEY", "HINGE_TOP", "HINGE_BOTTOM", "ENGRAVE")
+SHEET_LAYERS = ("CUT", "SLIT", "MOUNTAIN", "VALLEY", "HINGE_TOP", "HINGE_BOTTOM", "FACET", "ENGRAVE")
 
 LAYER_COLOURS: dict[SheetProfile, dict[str, tuple[str, int]]] = {
     "laser": {
@@ -98,19 +98,21 @@ LAYER_COLOURS: dict[SheetProfile, dict[str, tuple[str, int]]] = {
         "VALLEY": ("#0000ff", 5),
         "HINGE_TOP": ("#ff00ff", 6),
         "HINGE_BOTTOM": ("#ff00ff", 6),
+        "FACET": ("#ffff00", 2),
     },
 }
 """Colours of layers, and their AutoCAD colour numbers. Origami Simulator expects boundaries black, cuts green,
-mountains red, valleys blue, and creases that it does not drive magenta."""
+mountains red, valleys blue, creases that it does not drive magenta, and edges within panels yellow."""
 
 
 @dataclass(frozen=True)
 class SheetLine:
-    """A polyline, mm; label : of its panel or hinge, empty for the whole sheet."""
+    """A polyline, mm; label : of its panel or hinge, empty for the whole sheet. angle : of a fold line, packed, rad."""
 
     points: tuple[PlanePoint, ...]
     closed: bool = False
     label: str = ""
+    angle: float = math.pi
 
 
 @dataclass
@@ -121,9 +123,17 @@ class CuttingSheet:
     height: float = 0.0
     lines: dict[str, list[SheetLine]] = field(default_factory=lambda: {name: [] for name in SHEET_LAYERS})
 
-    def add(self, layer: str, points: Sequence[PlanePoint], label: str = "", *, closed: bool = False) -> None:
+    def add(
+        self,
+        layer: str,
+        points: Sequence[PlanePoint],
+        label: str = "",
+        *,
+        closed: bool = False,
+        angle: float = math.pi,
+    ) -> None:
         """Add a polyline."""
-        self.lines[layer].append(SheetLine(tuple((float(x), float(y)) for x, y in points), closed, label))
+        self.lines[layer].append(SheetLine(tuple((float(x), float(y)) for x, y in points), closed, label, angle))
 
     def write(self, text: str, middle: PlanePoint, height: float) -> None:
         """Engrave a number centred on a point; underlined where it could be misread upside down."""
@@ -142,8 +152,7 @@ def cutting_sheet_of(
         raise HcsearchError("a sheet in one piece has no gaps at hinges: leave out --hinge-gap, or add --sheet panels")
     drawn = _Drawn(pattern, labels, kerf_mm, hinge_gap_mm)
     lines = drawn.draw_panels() if apart else drawn.draw_assembled()
-    if profile == "simulator":
-        lines.lines["ENGRAVE"] = []
+    lines.lines["ENGRAVE" if profile == "simulator" else "FACET"] = []
     return lines
 
 
@@ -175,9 +184,11 @@ class _Drawn:
             crease = self.pattern.creases.get(pair)
             if crease is not None and crease.face is not None:
                 hinge = self.pattern.hinge_of(pair)
-                sheet.add(_layer(crease), self.edge(pair), self.labels.hinges[hinge])
+                sheet.add(_layer(crease), self.edge(pair), self.labels.hinges[hinge], angle=crease.angle)
                 self._number_hinge(sheet, hinge, self.edge(pair), self.radii[pair[0]])
-            elif crease is None and self.pattern.panel_of[pair[0]] != self.pattern.panel_of[pair[1]]:
+            elif self.pattern.panel_of[pair[0]] == self.pattern.panel_of[pair[1]]:
+                sheet.add("FACET", self.edge(pair))
+            else:
                 slits.append(self.edge(pair))
         for chain in chained_edges(slits):
             sheet.add("SLIT", chain)
@@ -389,7 +400,7 @@ def _in_rows(parts: Sequence[CuttingSheet], width: float) -> CuttingSheet:
             for layer, lines in part.lines.items():
                 for line in lines:
                     points = [(px + shift + SHEET_MARGIN, py - low + y) for px, py in line.points]
-                    sheet.add(layer, points, line.label, closed=line.closed)
+                    sheet.add(layer, points, line.label, closed=line.closed, angle=line.angle)
         y -= PANEL_SPACE
     _, _, right, _ = _bounds(sheet)
     sheet.width, sheet.height = right + SHEET_MARGIN, total + 2 * SHEET_MARGIN

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from hcsearch.export.cutting_sheets import CuttingSheet
     from hcsearch.export.exported import Exported
     from hcsearch.export.settings import ExportSettings, ExportState, SheetKind, SheetProfile
+    from hcsearch.scenes import Scene
     from hcsearch.shape.pattern import Pattern
 
 
@@ -175,21 +176,30 @@ def write_step(exported: Exported, *, state: ExportState, part: str | None) -> s
 
 
 def write_mjcf(exported: Exported, *, contact: bool, timestep_s: float | None) -> str:
-    """Write the scene as a model of MuJoCo; HcsearchError for a scene with drives."""
+    """Write the scene as a model of MuJoCo; HcsearchError where such a model cannot hold it."""
     from hcsearch.export.mjcf import mjcf_of
 
-    case = exported.case
-    if case.drives is not None:
-        raise HcsearchError("models of MuJoCo are written with springs, not with drives: leave out the table [drive]")
-    return mjcf_of(case.linkage, exported.labels, case.setup, exported.name, contact=contact, timestep=timestep_s)
+    scene, linkage = _simulated_scene(exported), exported.case.linkage
+    return mjcf_of(linkage, exported.labels, scene, exported.name, contact=contact, timestep=timestep_s)
 
 
 def write_urdf(exported: Exported, *, stem: str) -> Mapping[str, str | bytes]:
-    """Write the scene as a tree of links, its loop closures, and a mesh of each panel."""
+    """Write the scene as a tree of links, its loop closures, and a mesh of each panel; HcsearchError for drives."""
     from hcsearch.export.urdf import urdf_of
 
+    return urdf_of(exported.case.linkage, exported.labels, _simulated_scene(exported), exported.name, stem)
+
+
+def _simulated_scene(exported: Exported) -> Scene:
+    """Return the scene of a model for a simulator, with the springs of its variant; HcsearchError for drives."""
+    from hcsearch.scenes.setup import scene_of_setup
+
     case = exported.case
-    return urdf_of(case.linkage, exported.labels, case.setup, exported.name, stem)
+    if case.drives is not None:
+        raise HcsearchError(
+            "models for simulators are written with springs, not with drives: leave out the table [drive]"
+        )
+    return scene_of_setup(case.setup, case.joined_scene, exported.labels)
 
 
 FormatSubject = Literal["array", "pattern", "motion"]

@@ -1,4 +1,4 @@
-"""MJCF, the format of MuJoCo: a scene with its springs, dampers, stops, gravity and start.
+"""MJCF, the format of MuJoCo: a scene with its springs, dampers, friction, stops, gravity and start.
 
 Loops are cut through panels, whose parts are welded to each other, so that every hinge is a joint. SI units; joint
 coordinates are fold angles, 0 flat. MuJoCo's constraints are soft: docs/howto/export_solids.md compares its motion with
@@ -14,9 +14,10 @@ import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.export.cut_trees import CutTree, TreeLink, cut_tree, linear_law_of, numbers_text
+from hcsearch.export.scene_values import check_model_values, scene_notes
 from hcsearch.motion.collision.panel_prisms import check_margin, prisms_of
 from hcsearch.scenes import Scene
-from hcsearch.scenes.setup import Setup, natural_seconds, setup_of_scene
+from hcsearch.scenes.setup import natural_seconds
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
@@ -38,7 +39,7 @@ _COLOURS = ("0.86 0.83 0.73 1", "0.62 0.65 0.71 1")
 def mjcf_of(
     linkage: Linkage,
     labels: Labels,
-    scene: Scene | Setup,
+    scene: Scene,
     title: str = "",
     *,
     contact: bool = False,
@@ -48,17 +49,18 @@ def mjcf_of(
 
     contact : whether panels collide, shrunk by the scene's margin as in our own check; neighbours at a hinge never do,
     since its stops keep them apart. timestep : s, by `STEPS_PER_NATURAL_TIME` unless given. HcsearchError where a law
-    is not linear, and for panels that are too small for MuJoCo.
+    is not linear, for values of the scene that a model cannot hold, and for panels that are too small for MuJoCo.
     """
-    setup = setup_of_scene(scene, linkage)
-    tree = cut_tree(linkage, labels, setup)
+    check_model_values(scene)
+    tree = cut_tree(linkage, labels, scene)
     _check_size(tree)
-    timestep = timestep or natural_seconds(setup, linkage) / STEPS_PER_NATURAL_TIME
+    timestep = timestep or natural_seconds(tree.setup, linkage) / STEPS_PER_NATURAL_TIME
     root = Xml.Element("mujoco", model=title or "array")
     Xml.SubElement(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
     stepping = {"timestep": numbers_text(timestep), "integrator": _integrator(tree, timestep)}
     solver = {"iterations": str(SOLVER_ITERATIONS), "tolerance": numbers_text(SOLVER_TOLERANCE)}
     Xml.SubElement(root, "option", stepping | {"gravity": numbers_text(tree.setup.gravity)} | solver)
+    _add_notes(root, scene)
     _add_defaults(root, timestep, contact)
     _add_meshes(root, tree)
     actuators = Xml.Element("actuator")
@@ -103,13 +105,23 @@ def _integrator(tree: CutTree, timestep: float) -> str:
     return "RK4" if max(rates, default=0.0) * timestep <= MAX_DAMPED_RATE_SHARE else "implicitfast"
 
 
+def _add_notes(root: Xml.Element, scene: Scene) -> None:
+    """Add the values of the scene that no motion depends on as custom data, which MuJoCo keeps with the model."""
+    custom = Xml.SubElement(root, "custom")
+    for name, value in scene_notes(scene).items():
+        if isinstance(value, str):
+            Xml.SubElement(custom, "text", name=name, data=value)
+        else:
+            Xml.SubElement(custom, "numeric", name=name, data=numbers_text(value))
+
+
 def _add_defaults(root: Xml.Element, timestep: float, contact: bool) -> None:
     """Add defaults, with constraints that settle within two steps, the fastest stable rate."""
     default = Xml.SubElement(root, "default")
     impedance = (MAX_IMPEDANCE, MAX_IMPEDANCE, 1e-3, 0.5, 2.0)
     soft = {"solref": numbers_text((2.0 * timestep, 1.0)), "solimp": numbers_text(impedance)}
     Xml.SubElement(default, "equality", soft)
-    limits = {f"{name}limit": text for name, text in soft.items()}
+    limits = {f"{name}{of}": text for name, text in soft.items() for of in ("limit", "friction")}
     Xml.SubElement(default, "joint", limits, range=numbers_text((0.0, math.pi)))
     kind = "1" if contact else "0"
     Xml.SubElement(default, "geom", type="mesh", contype=kind, conaffinity=kind)
@@ -147,12 +159,16 @@ def _add_bodies(world: Xml.Element, tree: CutTree, actuators: Xml.Element) -> No
 
 
 def _add_joint(element: Xml.Element, link: TreeLink, actuators: Xml.Element) -> None:
-    """Add a hinge: moment = stiffness (angle - springref) + damping rate; a constant moment is an actuator."""
+    """Add a hinge: moment = stiffness (angle - springref) + damping rate; a constant moment is an actuator.
+
+    Its friction is that of the scene together with the torque of the harness, which resists in the same way.
+    """
     joint = link.joint
     assert joint is not None
     stiffness, moment = linear_law_of(joint.drive.law, joint.name)
     values = {"name": joint.name, "type": "hinge", "axis": numbers_text(joint.axis)}
     values |= {"stiffness": numbers_text(stiffness), "damping": numbers_text(joint.drive.damping)}
+    values["frictionloss"] = numbers_text(joint.drive.friction)
     if moment and stiffness:
         values["springref"] = numbers_text(-moment / stiffness)
     elif moment:

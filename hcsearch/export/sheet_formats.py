@@ -5,6 +5,7 @@ Older versions of Origami Simulator ignore groups and do not close paths, so its
 
 from __future__ import annotations
 
+import math
 from html import escape
 from io import StringIO
 from itertools import pairwise
@@ -41,7 +42,7 @@ def _layers(sheet: CuttingSheet, colours: dict[str, str]) -> str:
 
 
 def _alone(sheet: CuttingSheet, colours: dict[str, str]) -> str:
-    """Return a separate SVG line for each segment of a polyline."""
+    """Return a separate SVG line for each segment of a polyline, with the opacity of its fold angle."""
     elements = []
     for layer, lines in sheet.lines.items():
         for line in lines:
@@ -49,7 +50,8 @@ def _alone(sheet: CuttingSheet, colours: dict[str, str]) -> str:
             for (x, y), (to_x, to_y) in pairwise(points):
                 ends = f'x1="{_number(x)}" y1="{_number(sheet.height - y)}"'
                 ends += f' x2="{_number(to_x)}" y2="{_number(sheet.height - to_y)}"'
-                elements.append(f"\n <line {_look(colours[layer])} {ends}/>")
+                share = "" if line.angle == math.pi else f' stroke-opacity="{line.angle / math.pi:.12g}"'
+                elements.append(f"\n <line {_look(colours[layer])}{share} {ends}/>")
     return "".join(elements)
 
 

@@ -1,7 +1,7 @@
 """URDF: the tree of links of a cut-open array, and a second file with the loop closures, which URDF cannot express.
 
-The second file, `.closure.json`, lists the pairs of links that are one panel with their coincident frames, the springs
-and the start. Each panel has a mesh (`.panel_3.stl`), in metres. SI units.
+The second file, `.closure.json`, lists the pairs of links that are one panel with their coincident frames, the springs,
+the start, and all values of the scene. Each panel has a mesh (`.panel_3.stl`), in metres. SI units.
 """
 
 from __future__ import annotations
@@ -14,8 +14,10 @@ from xml.etree import ElementTree as Xml
 from hcsearch.basics.array_values import Reals
 from hcsearch.export.cut_trees import CutTree, TreeLink, cut_tree, numbers_text
 from hcsearch.export.print_formats import stl_of
+from hcsearch.export.scene_values import stated_values
 from hcsearch.scenes import Scene
-from hcsearch.scenes.setup import Setup
+from hcsearch.scenes.hardware import hinge_values
+from hcsearch.scenes.values import HINGE_VALUES
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
@@ -23,10 +25,13 @@ UNLIMITED_EFFORT = 1e6
 """Limits of effort and velocity of a joint (N m, rad/s), which URDF requires, set beyond reach."""
 
 
-def urdf_of(linkage: Linkage, labels: Labels, scene: Scene | Setup, title: str, stem: str) -> dict[str, str | bytes]:
+def urdf_of(linkage: Linkage, labels: Labels, scene: Scene, title: str, stem: str) -> dict[str, str | bytes]:
     """Return the contents of the files, by what follows the stem of their names; the URDF file first."""
     tree = cut_tree(linkage, labels, scene)
-    files: dict[str, str | bytes] = {".urdf": _tree(tree, title, stem), ".closure.json": closure_json(tree, title)}
+    files: dict[str, str | bytes] = {
+        ".urdf": _tree(tree, title, stem),
+        ".closure.json": closure_json(tree, scene, title),
+    }
     for link in tree.links:
         if link.has_shape:
             files[_mesh(link)] = stl_of(linkage, linkage.flat, link.name, (link.panel,), scale=1.0)
@@ -66,16 +71,18 @@ def _add_joint(root: Xml.Element, tree: CutTree, link: TreeLink) -> None:
     Xml.SubElement(element, "axis", xyz=numbers_text(joint.axis))
     unlimited = repr(UNLIMITED_EFFORT)
     Xml.SubElement(element, "limit", lower="0.0", upper=repr(math.pi), effort=unlimited, velocity=unlimited)
-    Xml.SubElement(element, "dynamics", damping=repr(float(joint.drive.damping)), friction="0.0")
+    drive = joint.drive
+    Xml.SubElement(element, "dynamics", damping=repr(float(drive.damping)), friction=repr(float(drive.friction)))
 
 
-def closure_json(tree: CutTree, title: str) -> str:
-    """Return as JSON what URDF cannot express: closures, springs, start, gravity, and whether the base floats.
+def closure_json(tree: CutTree, scene: Scene, title: str) -> str:
+    """Return as JSON what URDF cannot express: closures, springs, start, whether the base floats, and the whole scene.
 
     Frames are given by translations (m) in the frames of their links, which have the axes of the flat state: the two
     frames of a closure coincide without a relative rotation.
     """
     links = tree.links
+    hardware = {name: hinge_values(scene, tree.linkage, name) for name in HINGE_VALUES}
     facts: dict[str, Any] = {
         "design": title,
         "base": links[0].name,
@@ -91,7 +98,13 @@ def closure_json(tree: CutTree, title: str) -> str:
             }
             for closure in tree.closures
         ],
-        "joints": {link.joint.name: _joint_facts(tree, link) for link in links if link.joint is not None},
+        "joints": {
+            link.joint.name: _joint_facts(tree, link)
+            | {"hardware": {name: float(values[link.joint.hinge]) for name, values in hardware.items()}}
+            for link in links
+            if link.joint is not None
+        },
+        "scene": stated_values(scene),
     }
     return json.dumps(facts, indent=2, allow_nan=False) + "\n"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,16 @@ class Hardware(ByValue):
     def resistance(self) -> Reals:
         """The torque with which each hinge resists, N m."""
         return self.friction + self.harness
+
+    def of_congruent(self, linkage: Linkage) -> Hardware:
+        """Return the hardware of the congruent linkage of a linkage; its craft is left out."""
+        congruent = linkage.twin
+        if congruent is None:
+            return self
+        order = np.argsort(congruent.hinges)
+        names = ("friction", "harness", "latch_stiffness", "stop_tolerance", "play")
+        root = None if self.root is None else congruent.panels[self.root]
+        return replace(self, root=root, craft=(), **{name: getattr(self, name)[order] for name in names})
 
 
 def hinge_values(scene: Scene, linkage: Linkage, name: str) -> Reals:

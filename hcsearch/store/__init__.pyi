@@ -38,6 +38,7 @@ from hcsearch.store.rows import Rows as Rows
 from hcsearch.store.summaries import Summary as Summary
 from hcsearch.store.summaries import count_values as count_values
 from hcsearch.store.summaries import rows_of_designs as rows_of_designs
+from hcsearch.store.summaries import simulations_not_decided as simulations_not_decided
 from hcsearch.store.summaries import summarize as summarize
 from hcsearch.store.verdicts import find_scene as find_scene
 from hcsearch.store.verdicts import record_scene as record_scene
@@ -45,6 +46,7 @@ from hcsearch.store.verdicts import record_settled as record_settled
 from hcsearch.store.verdicts import record_verdicts as record_verdicts
 from hcsearch.store.verdicts import scene_names as scene_names
 from hcsearch.store.verdicts import undecided as undecided
+from hcsearch.store.verdicts import undecided_simulations as undecided_simulations
 from hcsearch.store.views import SCENIC as SCENIC
 from hcsearch.store.views import asks_for as asks_for
 from hcsearch.store.runs import count_arrays as count_arrays

@@ -140,7 +140,13 @@ _VERDICT = (
 # are 0 unless given, since the figures depend on hardware that the scene `default` does not have.
 FLIGHT_QUANTITIES = (
     Quantity(
-        *("torque_margin", "real", "", "least ratio of the torque of springs to resisting torques over the travel"),
+        *(
+            "torque_margin",
+            "real",
+            "",
+            "least ratio of the torque of springs to resisting torques over the travel: of a proved path a lower "
+            "bound, proved but beside singular ends; of a deployment the least at its simulated states",
+        ),
         better="higher",
         half=7.5,
         weight=0.0,
@@ -148,7 +154,12 @@ FLIGHT_QUANTITIES = (
     Quantity("torque_margin_hinge", "text", "", "hinge that limits the torque margin, as named in pictures"),
     Quantity("torque_margin_at", "real", "", "share of the travel where the torque margin is least, 0 packed, 1 flat"),
     Quantity(
-        *("torque_margin_failed", "real", "", "torque margin with the worst single spring missing"),
+        *(
+            "torque_margin_failed",
+            "real",
+            "",
+            "torque margin with the worst single spring missing, known as that one is",
+        ),
         better="higher",
         half=7.5,
         weight=0.0,
@@ -162,7 +173,7 @@ FLIGHT_QUANTITIES = (
     ),
     Quantity("soft_modes", "integer", "", "directions of the flat array in which no latch is stiff", better="lower"),
     Quantity(
-        *("latch_torque", "real", "N m", "peak torque at a hinge that arrives flat, an upper bound"),
+        *("latch_torque", "real", "N m", "torque at a latch that takes the energy of all springs, an upper bound"),
         better="lower",
         half=10.0,
         weight=0.0,

@@ -19,6 +19,7 @@ from hcsearch.store.database import Database
 from hcsearch.store.failures import retry_if_changed
 from hcsearch.store.queries import check_scene, limited_reading, order_of, sort_key
 from hcsearch.store.rows import Result, checked_rows, parts_of_ids
+from hcsearch.store.verdicts import simulations_of
 
 _SCENE_COLUMN = {"motions": "scene", "deployments": "base"}
 """By view with rows of all scenes: the column with the scene whose verdict a row serves."""
@@ -31,7 +32,8 @@ class Summary:
     circuits, fixed, arrays : designs, circuits up to translation, arrays. two_stack, untwisted, movable, deploys,
     locked : numbers of such designs; None if known of none. array : the common array, None for several.
     sizes : grid and number of panels, each pair once. census : (foldings, least twist, designs); None where not known.
-    planned, tried : whether motions and deployments of any of them are recorded.
+    planned, tried : whether motions and deployments of any of them are recorded. not_decided : number of their foldings
+    that no simulation decides, by its ending.
     """
 
     circuits: int
@@ -47,6 +49,7 @@ class Summary:
     census: tuple[tuple[int | None, int | None, int], ...]
     planned: bool
     tried: bool
+    not_decided: dict[str, int]
 
 
 @retry_if_changed
@@ -75,7 +78,17 @@ def summarize(
             census=tuple(rows(of_each, ("integer",) * 3)),
             planned=_has_rows(connection, "motions", scene, ids),
             tried=_has_rows(connection, "deployments", scene, ids),
+            not_decided=simulations_of(connection, ids, scene),
         )
+
+
+@retry_if_changed
+def simulations_not_decided(database: Database, query: str, scene: str = DEFAULT_SCENE_NAME) -> dict[str, int]:
+    """Return `not_decided` of a summary of the designs that a query selects."""
+    check_scene(database, scene)
+    ids = sql_select(view_table("designs", scene).c.id).where(parse_query(query, "designs", scene))
+    with database.reading() as connection:
+        return simulations_of(connection, ids, scene)
 
 
 def _reading(database: Database, seconds: float | None) -> AbstractContextManager[Connection]:

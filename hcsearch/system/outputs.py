@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 from hcsearch.basics.errors import HcsearchError, OutputError
 
@@ -25,6 +32,7 @@ PICTURE_SUFFIXES = (".svg", ".png", ".pdf")
 _SQLITE = b"SQLite format 3\0"
 _OURS = b"hcSF"  # the application id in the header of our databases, `store.schema`
 _OURS_AT = 68
+_PART_NAME = re.compile(r"\.[0-9a-f]{16}\.part(\.\w+)?")
 _COMPANIONS = ("-wal", "-shm", "-journal")
 
 
@@ -73,13 +81,17 @@ def replacing_file(path: str | Path, endings: tuple[str, ...] = ()) -> Iterator[
     """
     check_output(path, endings)
     target = _target(path)
-    part = target.with_name(f".{secrets.token_hex(8)}.part{Path(path).suffix if endings else ''}")
+    ending = Path(path).suffix if endings else ""
     created_folders: list[Path] = []
+    part = None
     try:
         with _explained(path):
             created_folders = _make_parents(target)
-            yield part
-            _finish(part, target)
+            _remove_abandoned_parts(target.parent)
+            part, lock = _new_part(target.parent, ending)
+            with closing(lock):
+                yield part
+                _finish(part, target)
     except BaseException:
         _remove(part, created_folders)
         raise
@@ -173,6 +185,34 @@ def _make_parents(target: Path) -> list[Path]:
     return missing
 
 
+def _new_part(folder: Path, ending: str) -> tuple[Path, IO[bytes]]:
+    """Create a temporary file, and return it with the open file that holds its lock where the system has such locks."""
+    while True:
+        part = folder / f".{secrets.token_hex(8)}.part{ending}"
+        lock = part.open("xb")
+        if fcntl is None:
+            lock.close()  # Windows replaces no file that is open
+            return part, lock
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        if os.fstat(lock.fileno()).st_nlink:  # else another process took it for abandoned before it was locked
+            return part, lock
+        lock.close()
+
+
+@cache  # once in a process: an export writes many files into a folder
+def _remove_abandoned_parts(folder: Path) -> None:
+    """Remove temporary files of killed processes from a folder: those whose lock nobody holds."""
+    if fcntl is None:
+        return
+    with suppress(OSError):  # a folder whose names cannot be read
+        for path in folder.iterdir():
+            if _PART_NAME.fullmatch(path.name) and path.is_file() and not path.is_symlink():
+                with suppress(OSError), path.open("rb") as lock:  # another process holds it
+                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    path.unlink()
+
+
 def _finish(part: Path, target: Path) -> None:
     # a full disk may be reported only when buffers are flushed
     with part.open("rb+") as file:
@@ -183,9 +223,10 @@ def _finish(part: Path, target: Path) -> None:
     part.replace(target)
 
 
-def _remove(part: Path, created_folders: list[Path]) -> None:
+def _remove(part: Path | None, created_folders: list[Path]) -> None:
     with suppress(OSError):
-        part.unlink()
+        if part is not None:
+            part.unlink()
     for folder in created_folders:
         with suppress(OSError):
             folder.rmdir()

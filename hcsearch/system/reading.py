@@ -73,11 +73,24 @@ def parse_toml(text: str) -> dict[str, Any]:
     if _LONG_KEY.search(_STRING.sub("''", text)):
         raise ValueError(f"a key has more than {_MOST_PARTS} parts; write fewer points in it")
     try:
-        return tomllib.loads(text)
+        table = tomllib.loads(text)
     except RecursionError:
         raise ValueError("its brackets are nested too deep; write fewer") from None
     except ValueError as error:  # mistakes, and numbers with more digits than Python reads
         raise ValueError(f"{error}; write lines such as key = 'value'") from error
+    if _has_long_integer(table):  # no float, and with thousands of digits no text either
+        raise ValueError("it has an integer of more than 64 bits, which TOML does not allow; write a smaller number")
+    return table
+
+
+def _has_long_integer(table: dict[str, Any]) -> bool:
+    values: list[Any] = [table]
+    for value in values:  # which grows meanwhile
+        if isinstance(value, dict | list):
+            values += value.values() if isinstance(value, dict) else value
+        elif isinstance(value, int) and not -(2**63) <= value < 2**63:
+            return True
+    return False
 
 
 def _size(size: int) -> str:

@@ -1,7 +1,8 @@
-"""The sweep over processors of the bench `stability`: the same questions with OpenBLAS kernels for others.
+"""The sweep over processors of the bench `stability`: the same questions as other processors would answer them.
 
 NumPy and SciPy call OpenBLAS, which takes other kernels on another processor: other roundings, and other bases where
-a decomposition is free to choose. OPENBLAS_CORETYPE makes it take those of an older processor.
+a decomposition is free to choose. OPENBLAS_CORETYPE makes it take those of an older processor. NumPy itself takes other
+loops where there is AVX-512, of which NPY_DISABLE_CPU_FEATURES makes no use.
 """
 
 from __future__ import annotations
@@ -15,8 +16,11 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch_bench.run.bench import Say
@@ -24,28 +28,52 @@ from hcsearch_bench.run.process import Finished, run_measured
 
 Answer = list[dict[str, Any]]
 
-CORES = ("Haswell", "Sandybridge", "Prescott", "SkylakeX")
-"""Processors whose kernels are tried: with AVX2, with AVX, with neither, and with AVX-512."""
-OLDEST = "Prescott"
+
+class Processor(NamedTuple):
+    """A processor to compute as: its OpenBLAS kernels, None for this one's own, and whether NumPy uses AVX-512."""
+
+    core: str | None
+    avx512: bool = True
+
+    @property
+    def environment(self) -> dict[str, str]:
+        """The environment variables by which a process computes as this processor does."""
+        chosen = {} if self.core is None else {"OPENBLAS_CORETYPE": self.core}
+        if not self.avx512 and (loops := avx512_loops()):
+            chosen["NPY_DISABLE_CPU_FEATURES"] = " ".join(loops)
+        return chosen
+
+
+OWN = Processor(None)
+CORES = ("Haswell", "Zen", "Sandybridge", "Prescott", "SkylakeX")
+"""Processors whose kernels are tried: with AVX2 of two makers, with AVX, with neither, and with AVX-512."""
+PLAIN = Processor("Haswell", avx512=False)
+"""The kernels and loops of a processor with AVX2 and without AVX-512, as many machines have."""
 LIMIT = 3600.0
 """Seconds for one process."""
 ROUNDED = 6
 """Decimals of directions."""
 SUBJECTS = ("element-8r", "element-6r", "unit-i", "unit-ii", "unit-iii", "fig-5.11b", "module-i")
-VERDICTS = "SELECT d.circuit, f.* FROM foldings f JOIN designs d ON d.id = f.design_id ORDER BY f.design_id, f.crease"
+ARRAYS = (("hex", 8), ("hex", 10), ("square", 10), ("square", 12))
+"""Grids and numbers of cells whose verdicts are compared, the longest of each grid last."""
+VERDICTS = tuple(
+    f"SELECT d.circuit, t.* FROM {table} t JOIN designs d ON d.id = t.design_id ORDER BY t.design_id, t.crease{also}"
+    for table, also in (("foldings", ""), ("motions", ", t.scene"), ("deployments", ", t.scene"))
+)
 
 
 @dataclass(frozen=True)
 class ProcessorRow:
-    """Answers with the kernels for one processor, beside those with this one's own.
+    """Answers as one processor gives them, beside those of this one.
 
-    kernels : that OpenBLAS says it took. rows : compared; differ : those of which a word or a whole number differs.
-    off : greatest difference of any other number, as a share of the greater one. seconds : with these kernels.
-    note : why there is nothing to compare.
+    kernels : that OpenBLAS says it took. avx512 : whether NumPy uses it. rows : compared; differ : those in which a
+    word, a sentence or a whole number differs. off : greatest difference of any other number, as a share of the greater
+    one. seconds : with these kernels. note : why there is nothing to compare.
     """
 
     core: str
     kernels: str
+    avx512: bool
     question: str
     rows: int | None
     differ: int | None
@@ -55,39 +83,42 @@ class ProcessorRow:
 
 
 def measure_processors(*, quick: bool, say: Say) -> list[ProcessorRow]:
-    """Compute all results with the kernels for this machine, then with those for others.
+    """Compute all results as this machine does, then as others would.
 
-    quick : hexagons of 10 cells, and of other kernels those for the oldest processor.
+    quick : hexagons of 8 cells, as the plain processor alone.
     """
-    own = kernels_for(None)
-    if not own:
+    if not kernels_for(OWN):
         note = "no OpenBLAS here whose kernels could be chosen: not tried"
-        return [ProcessorRow("-", "-", "-", None, None, None, None, note)]
-    n = 10 if quick else 12
-    questions: dict[str, Callable[[str | None], Answer]] = {
-        "branches of assemblies": _branches_for,
-        f"verdicts of hexagons, n = {n}": partial(_verdicts_for, n=n),
-    }
+        return [ProcessorRow("-", "-", bool(avx512_loops()), "-", None, None, None, None, note)]
+    questions: dict[str, Callable[[Processor], Answer]] = {"branches of assemblies": _branches_for}
+    for grid, n in ARRAYS[:1] if quick else ARRAYS:
+        questions[f"verdicts of {grid}, n = {n}"] = partial(_verdicts_for, grid=grid, n=n)
     first = {}
     for question, ask in questions.items():
         say(f"stability: {question}, own kernels")
-        first[question] = ask(None)
+        first[question] = ask(OWN)
     rows = []
-    for core in (OLDEST,) if quick else CORES:
-        taken = kernels_for(core)
-        if taken in {own, ""}:
-            note = "this machine's own" if core.lower() in own.lower() else "not taken on this machine"
-            note = note if taken else "instructions that this machine lacks"
-            rows.append(ProcessorRow(core, taken or "-", "-", None, None, None, None, note))
+    loops = (True, False) if avx512_loops() else (False,)
+    for processor in (PLAIN,) if quick else map(Processor._make, product(CORES, loops)):
+        taken, core = kernels_for(processor), str(processor.core)
+        if core.lower() not in taken.lower():
+            note = "not taken on this machine" if taken else "instructions that this machine lacks"
+            rows.append(ProcessorRow(core, taken or "-", processor.avx512, "-", None, None, None, None, note))
             continue
         for question, ask in questions.items():
-            say(f"stability: {question}, kernels for {core}")
+            say(f"stability: {question}, kernels for {core}, {'with' if processor.avx512 else 'without'} AVX-512")
             begin = time.perf_counter()
-            answer = ask(core)
+            answer = ask(processor)
             seconds = time.perf_counter() - begin
             differ, off = compared(first[question], answer)
-            rows.append(ProcessorRow(core, taken, question, len(answer), differ, off, seconds))
+            rows.append(ProcessorRow(core, taken, processor.avx512, question, len(answer), differ, off, seconds))
     return rows
+
+
+def avx512_loops() -> list[str]:
+    """The loops with AVX-512 that this NumPy takes on this machine, by the names by which it can be told not to."""
+    found = np.show_config("dicts")["SIMD Extensions"].get("found", [])
+    return [name for name in found if name.startswith("AVX512") or name == "X86_V4"]
 
 
 def compared(first: Sequence[Mapping[str, Any]], second: Sequence[Mapping[str, Any]]) -> tuple[int, float]:
@@ -103,45 +134,45 @@ def compared(first: Sequence[Mapping[str, Any]], second: Sequence[Mapping[str, A
     return differ, off
 
 
-def kernels_for(core: str | None) -> str:
+def kernels_for(processor: Processor) -> str:
     """What OpenBLAS takes where the kernels for one processor are asked for.
 
     Empty without OpenBLAS, and for kernels that this machine cannot run: OpenBLAS takes those with AVX-512 where they
     are asked for, whether the processor has it or not.
     """
-    done = _process(core, __name__, "kernels")
+    done = _process(processor, __name__, "kernels")
     if done.status == -signal.SIGILL:
         return ""
-    return _output(done, core, __name__, "kernels").strip()
+    return _output(done, processor, __name__, "kernels").strip()
 
 
-def _branches_for(core: str | None) -> Answer:
-    answer: Answer = json.loads(_run(core, __name__, "branches"))
+def _branches_for(processor: Processor) -> Answer:
+    answer: Answer = json.loads(_run(processor, __name__, "branches"))
     return answer
 
 
-def _verdicts_for(core: str | None, *, n: int) -> Answer:
-    """The foldings of hexagons with all that the last stage leaves of them."""
+def _verdicts_for(processor: Processor, *, grid: str, n: int) -> Answer:
+    """The foldings of all arrays with all that the last stage leaves of them, and the trials of their deployments."""
     with tempfile.TemporaryDirectory() as folder:
-        db = ("--db", str(Path(folder) / "hexagons.sqlite"))
-        _run(core, "hcsearch", "enumerate", "--grid", "hex", "--n", str(n), *db)
-        answer: Answer = json.loads(_run(core, "hcsearch", "query", "--sql", VERDICTS, "--format", "json", *db))
-    return answer
+        db = ("--db", str(Path(folder) / "arrays.sqlite"))
+        _run(processor, "hcsearch", "enumerate", "--grid", grid, "--n", str(n), *db)
+        asked = [_run(processor, "hcsearch", "query", "--sql", sql, "--format", "json", *db) for sql in VERDICTS]
+    return [row for rows in asked for row in json.loads(rows)]
 
 
-def _run(core: str | None, module: str, *words: str) -> str:
-    """What a process of its own prints with the kernels for one processor."""
-    return _output(_process(core, module, *words), core, module, *words)
+def _run(processor: Processor, module: str, *words: str) -> str:
+    """What a process of its own prints as one processor computes."""
+    return _output(_process(processor, module, *words), processor, module, *words)
 
 
-def _process(core: str | None, module: str, *words: str) -> Finished:
-    environment = {} if core is None else {"OPENBLAS_CORETYPE": core}
-    return run_measured([sys.executable, "-m", module, *words], LIMIT, environment)
+def _process(processor: Processor, module: str, *words: str) -> Finished:
+    return run_measured([sys.executable, "-m", module, *words], LIMIT, processor.environment)
 
 
-def _output(done: Finished, core: str | None, module: str, *words: str) -> str:
+def _output(done: Finished, processor: Processor, module: str, *words: str) -> str:
     if done.status != 0:
-        raise HcsearchError(f"{module} {' '.join(words)}, kernels for {core or 'this machine'}: {done.error.strip()}")
+        kernels_of = processor.core or "this machine"
+        raise HcsearchError(f"{module} {' '.join(words)}, kernels for {kernels_of}: {done.error.strip()}")
     return done.output
 
 

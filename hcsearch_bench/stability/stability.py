@@ -52,9 +52,9 @@ def tables(results: StabilityResults) -> list[Table]:
             "processors",
             "Processors",
             f"The same computations with the linear algebra that OpenBLAS has for {', '.join(CORES)} "
-            "(`kernels`: those that it used), compared with that of this processor. `differ` is the number of "
-            "rows with another verdict, number of freedoms or branch; `off` is the greatest relative "
-            "difference of times and clearances.",
+            "(`kernels`: those that it used), and with NumPy's AVX-512 or without (`avx512`), compared with those of "
+            "this processor. `differ` is the number of rows with another verdict, sentence, number of freedoms or "
+            "branch; `off` is the greatest relative difference of any other number.",
             results.processors,
         ),
     ]
@@ -89,7 +89,7 @@ STABILITY = Bench(
     "Measure the dynamics of extreme scenes. Each is accurate, less accurate within a bound, or refused.\n"
     "\n"
     "Stiffness, damping, thickness, masses, panels, starts, tolerances and restitution vary over many decades.\n"
-    "Branches and verdicts are also computed with the linear algebra of other processors.",
+    "Branches and verdicts are also computed as other processors would.",
     "hcsearch bench stability --quick --json stability.json",
     measure,
     tables,

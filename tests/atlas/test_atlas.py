@@ -12,6 +12,7 @@ import sys
 import time
 import zipfile
 from pathlib import Path
+from unittest import mock
 
 import pytest
 from click.testing import CliRunner
@@ -131,6 +132,35 @@ def test_a_folder_named_work_that_is_not_of_the_atlas_is_left(small, tmp_path, n
     with pytest.raises(OutputError, match="work is not the work of an atlas: move it away, or name another folder"):
         build_atlas(path, **SMALL)
     assert contents(path / "work") == {name: b'{"url": "mine"}'}
+
+
+@pytest.mark.parametrize("name", ["work", "designs", "work/draft", "work/certificates"])
+def test_links_to_folders_are_refused_before_the_search(small, tmp_path, monkeypatch, name):
+    path = tmp_path / "atlas"
+    (path / "work").mkdir(parents=True)
+    request = json.loads((small.path / "datapackage.json").read_text(encoding="utf-8"))["hcsearch"]
+    (path / "work" / "request.json").write_text(json.dumps(request), encoding="utf-8")
+    (tmp_path / "elsewhere").mkdir()
+    if name == "work":
+        (path / "work").rename(tmp_path / "elsewhere" / "work")
+    else:
+        (tmp_path / "elsewhere" / "work").mkdir()
+    (path / name).symlink_to(tmp_path / "elsewhere" / "work")
+    before = contents(tmp_path)
+    monkeypatch.setattr("hcsearch.api.building_atlas.run_enumeration", mock.Mock(side_effect=AssertionError))
+    reason = "is not the work of an atlas" if name == "work" else "is a link to a folder elsewhere"
+    with pytest.raises(OutputError, match=f"{path / name} {reason}: move it away, or name another folder"):
+        build_atlas(path, **SMALL)
+    assert contents(tmp_path) == before
+
+
+def test_a_link_named_work_beside_a_whole_atlas_is_left(small, tmp_path):
+    path = shutil.copytree(small.path, tmp_path / "copy")
+    (tmp_path / "mine").mkdir()
+    (path / "work").symlink_to(tmp_path / "mine")
+    assert build_atlas(path, **SMALL).checksum == small.checksum
+    assert (path / "work").is_symlink()
+    assert (tmp_path / "mine").is_dir()
 
 
 def test_folders_of_something_else_are_refused_and_left(small, tmp_path):

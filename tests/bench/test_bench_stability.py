@@ -1,6 +1,9 @@
 import json
 import math
+import os
 import signal
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +17,15 @@ from hcsearch_bench.run.process import Finished
 from hcsearch_bench.stability import heat_map, judging, processors
 from hcsearch_bench.stability.heat_map import COLOURS, plot_heat
 from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, judge, simulated, tally
-from hcsearch_bench.stability.processors import compared, kernels, kernels_for, measure_processors
+from hcsearch_bench.stability.processors import (
+    OWN,
+    PLAIN,
+    Processor,
+    compared,
+    kernels,
+    kernels_for,
+    measure_processors,
+)
 from hcsearch_bench.stability.strips import SIDE, THICK, StabilitySubject
 from hcsearch_bench.stability.sweeps import (
     SCENE,
@@ -248,32 +259,53 @@ def test_a_machine_without_openblas_has_nothing_to_compare(monkeypatch):
 
 
 def test_kernels_that_are_not_taken_are_reported(monkeypatch):
-    taken = {None: "SkylakeX", "Haswell": "Haswell", "SkylakeX": "SkylakeX", "Prescott": ""}
-    monkeypatch.setattr(processors, "kernels_for", lambda core: taken.get(core, "SkylakeX"))
-    monkeypatch.setattr(processors, "_branches_for", lambda core: [{"kernels": core or "Haswell"}])
-    monkeypatch.setattr(processors, "_verdicts_for", lambda core, n: [{"n": n, "t": 2.0 if core else 1.0}])
+    taken = {None: "SkylakeX", "Haswell": "Haswell", "Zen": "Zen", "SkylakeX": "SkylakeX", "Prescott": ""}
+    monkeypatch.setattr(processors, "kernels_for", lambda processor: taken.get(processor.core, "SkylakeX"))
+    monkeypatch.setattr(processors, "avx512_loops", lambda: ["X86_V4"])
+    monkeypatch.setattr(processors, "_branches_for", lambda processor: [{"avx512": processor.avx512}])
+    monkeypatch.setattr(
+        processors, "_verdicts_for", lambda processor, grid, n: [{"n": n, "t": 2.0 if processor.core else 1.0}]
+    )
+    monkeypatch.setattr(processors, "ARRAYS", (("hex", 8),))
     rows = measure_processors(quick=False, say=lambda _: None)
-    assert [(r.core, r.differ, r.off, r.note) for r in rows] == [
-        ("Haswell", 0, 0.0, ""),
-        ("Haswell", 0, 0.5, ""),
-        ("Sandybridge", None, None, "not taken on this machine"),
-        ("Prescott", None, None, "instructions that this machine lacks"),
-        ("SkylakeX", None, None, "this machine's own"),
+    as_own = [(0, 0.0, ""), (0, 0.5, "")]
+    without = [(1, 0.0, ""), (0, 0.5, "")]
+    assert [(r.core, r.avx512, r.differ, r.off, r.note) for r in rows] == [
+        *(("Haswell", True, *found) for found in as_own),
+        *(("Haswell", False, *found) for found in without),
+        *(("Zen", True, *found) for found in as_own),
+        *(("Zen", False, *found) for found in without),
+        *(("Sandybridge", avx512, None, None, "not taken on this machine") for avx512 in (True, False)),
+        *(("Prescott", avx512, None, None, "instructions that this machine lacks") for avx512 in (True, False)),
+        *(("SkylakeX", True, *found) for found in as_own),
+        *(("SkylakeX", False, *found) for found in without),
     ]
 
 
 def test_the_kernels_in_use_have_a_name():
-    assert kernels_for(None) == kernels()
+    assert kernels_for(OWN) == kernels()
+
+
+def test_numpy_takes_no_avx512_where_it_is_told_not_to():
+    left = "import numpy; print(numpy.show_config('dicts')['SIMD Extensions'].get('found', []))"
+    environment = os.environ | PLAIN.environment
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", left], env=environment, check=True, capture_output=True, text=True
+    )
+    assert "AVX512" not in done.stdout
+    assert "X86_V4" not in done.stdout
 
 
 def test_kernels_that_end_their_process_are_not_taken(monkeypatch):
     ended = {"Haswell": -signal.SIGILL, "Prescott": 1}
     monkeypatch.setattr(
-        processors, "_process", lambda core, *_: Finished(ended[core], "SkylakeX", "no numpy", 1.0, 1.0, 1.0)
+        processors,
+        "_process",
+        lambda processor, *_: Finished(ended[processor.core], "SkylakeX", "no numpy", 1.0, 1.0, 1.0),
     )
-    assert kernels_for("Haswell") == ""
+    assert kernels_for(Processor("Haswell")) == ""
     with pytest.raises(HcsearchError, match="kernels for Prescott: no numpy"):
-        kernels_for("Prescott")
+        kernels_for(Processor("Prescott"))
 
 
 @pytest.mark.slow

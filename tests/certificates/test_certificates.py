@@ -20,8 +20,16 @@ from hcsearch.cli import hcsearch
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.motion.certificates import collision_checker, lock_checker, path_checker
-from hcsearch.motion.certificates.certificate_data import array_data, checksum, lock_claim
+from hcsearch.motion.certificates import (
+    balls,
+    certificate_grammar,
+    collision_checker,
+    lock_checker,
+    path_checker,
+    polynomials,
+)
+from hcsearch.motion.certificates.certificate_data import array_data, lock_claim
+from hcsearch.motion.certificates.certificate_grammar import checksum
 from hcsearch.motion.certificates.certifying import CertificateError, prove_folding, verify_certificate
 from hcsearch.motion.locks.enclosures import Enclosure
 from hcsearch.motion.planning.motion_search import plan_motion
@@ -89,34 +97,55 @@ def test_boxes_of_a_region_are_proved_by_the_checker(name):
 
 
 @pytest.mark.parametrize("kind", CHECKERS)
-def test_a_checker_needs_numpy_alone(kind, tmp_path):
-    source = Path(CHECKERS[kind].__file__)
-    text = source.read_text(encoding="utf-8")
-    assert text.count("\n") <= LINES
-    for node in ast.walk(ast.parse(text)):
-        names = [node.module] if isinstance(node, ast.ImportFrom) else []
-        names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        allowed = {"numpy", *sys.stdlib_module_names} | ({"hcsearch", "lock_checker"} if kind == "collision" else set())
-        assert all(name.split(".")[0] in allowed for name in names)
+def test_a_checker_needs_numpy_and_its_folder_alone(kind, tmp_path):
+    own = [Path(module.__file__) for module in (*CHECKERS.values(), balls, polynomials, certificate_grammar)]
+    for source in own:
+        text = source.read_text(encoding="utf-8")
+        assert text.count("\n") <= LINES
+        for node in ast.walk(ast.parse(text)):
+            names = [node.module] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            allowed = {"numpy", *sys.stdlib_module_names, *(file.stem for file in own)}
+            names = [name.removeprefix("hcsearch.motion.certificates.") for name in names]
+            assert {name.split(".")[0] for name in names} <= allowed | {"hcsearch"}
+            assert "hcsearch" not in names
+        shutil.copy(source, tmp_path)
     name = {"path": "square:01222300:0", "lock": "hex:0233534001:3", "collision": "hex:0232435051:3"}[kind]
-    for own in {source, Path(lock_checker.__file__)}:
-        shutil.copy(own, tmp_path)
-    (tmp_path / "proof.json").write_text(json.dumps(certificate(name)), encoding="utf-8")
-    changed = copy.deepcopy(certificate(name))
-    changed["claims"][0]["array"]["hinges"][0]["face"] = "side"
-    (tmp_path / "changed.json").write_text(json.dumps(changed), encoding="utf-8")
-    (tmp_path / "none.json").write_text("[]", encoding="utf-8")
+    data = certificate(name)
+    (claim,), array = data["claims"], data["claims"][0]["array"]
+    wrong = {"margin": "0.0029"} if kind == "path" else {"lows": claim["lows"][:1], "highs": claim["highs"][:1]}
+    wrong = {"pairs_of_facets": claim["pairs_of_facets"][:1]} if kind == "collision" else wrong
+    hinges = [array["hinges"][0] | {"face": "side"}, *array["hinges"][1:]]
+    for file, content in {
+        "proof": data,
+        "refused": signed({**data, "claims": [claim | wrong]}),
+        "changed": {**data, "claims": [claim | wrong]},
+        "side": signed({**data, "claims": [claim | {"array": array | {"hinges": hinges}}]}),
+        "none": [],
+    }.items():
+        (tmp_path / file).write_text(json.dumps(content), encoding="utf-8")
+    source = Path(CHECKERS[kind].__file__).name
 
-    def run(file):
-        command = [sys.executable, "-E", "-s", source.name, file]
+    def run(file, *options):
+        command = [sys.executable, "-E", "-s", source, file, *options]
         return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
 
-    proved, refused, none = run("proof.json"), run("changed.json"), run("none.json")
-    assert (proved.returncode, refused.returncode, none.returncode) == (0, 1, 1)
+    proved = run("proof")
+    assert proved.returncode == 0
     assert name in proved.stdout
-    for failed in (refused, none):
+    for file, code, reason in (
+        ("refused", 1, "not proved"),
+        ("changed", 2, "the file was changed"),
+        ("side", 2, "a hinge is on no face"),
+        ("none", 2, "it is no hcsearch certificate of version 1"),
+    ):
+        failed = run(file)
+        assert failed.returncode == code
+        assert reason in failed.stderr
         assert failed.stderr.count("\n") == 1
-        assert "Traceback" not in failed.stderr
+    late = run("proof", "--seconds", "1e-9")
+    assert late.returncode == 1
+    assert late.stderr == "proof: not proved: not decided in 1e-09 s: give --seconds 1e-08\n"
 
 
 def leaves(data, path=()):
@@ -249,6 +278,24 @@ def test_boxes_that_a_motion_leaves_are_refused():
         assert refused({**claim, "lows": claim["lows"][keep], "highs": claim["highs"][keep]})
     moving = array_data(joined("hex:0234550132:4", "hinged"))
     assert refused({**claim, "array": moving})
+
+
+@pytest.mark.parametrize(
+    ("name", "way"), [("rhombus:23121320:1", "hinged"), ("kite:23203030:3", "rigid"), ("right30:20201210:3", "rigid")]
+)
+def test_boxes_that_hold_the_other_end_below_a_last_cut_are_refused(name, way):
+    """A review built this in 2026: a hinge has two cuts beyond pi, and its last face, beyond its stop, is empty."""
+    array, above = array_data(joined(name, way)), math.nextafter(math.pi, 4.0)
+    n = len(array["hinges"])
+    boxes = {"lows": [[0] * n], "highs": [[1] * n], "tried": 100_000}
+    for own in (hinge for hinge in range(n) if array["hinges"][hinge]["closes"]):
+        cuts = [[0.0, 3.1999, 3.19999] if hinge == own else [0.0, above] for hinge in range(n)]
+        for end in ("flat", "packed"):
+            claim = {"kind": "lock", "array": array, "end": end, "cuts": cuts, **boxes}
+            collision = {**claim, "kind": "collision", "margin": "0.0001", "pairs_of_facets": [[0, n // 2]]}
+            for false in (claim, collision):
+                with pytest.raises(lock_checker.NotProvedError, match="hold the one end alone"):
+                    CHECKERS[false["kind"]].checked(false)
 
 
 def test_margins_with_which_facets_pass_each_other_are_refused():

@@ -7,6 +7,7 @@ import pytest
 
 from hcsearch.kernels.enclosure.refutation import refutation_with
 from hcsearch.motion.certificates.certificate_data import array_data
+from hcsearch.motion.certificates.certificate_grammar import Clock
 from hcsearch.motion.certificates.collision_checker import Traced, least, overlaps, pairs_of, part
 from hcsearch.motion.certificates.lock_checker import Array, Equations, centred
 from hcsearch.motion.collision.shrunk_plates import plates_of
@@ -19,7 +20,7 @@ from tests.planned import SAMPLES, joined, planned
 def checked_pairs(linkage, margin):
     """The array of a linkage as the checker has it, and its pairs of facets less a margin (m)."""
     array = Array(array_data(linkage))
-    return array, pairs_of(array, plates_of(linkage, margin).pairs.tolist(), repr(margin))
+    return array, pairs_of(array, plates_of(linkage, margin).pairs.tolist(), repr(margin), Clock())
 
 
 @pytest.mark.parametrize("name", ["hex:0232435051:3", "square:012123230301:2", "triangle:01234343450101:0"])
@@ -32,18 +33,17 @@ def test_forms_bound_where_points_of_facets_are(name):
         for way in pair.ways:
             middles, radii = rng.random((count, n)) * math.pi, 10.0 ** rng.uniform(-4, -0.5, (count, 1))
             boxes = Equations(array.loops, middles, np.tile(radii, (1, n)))
-            axes, places, seen = way.seen(pair.samples, middles)
+            axes, places, seen = way.seen(pair.points, middles)
             offsets = rng.uniform(-1, 1, (count, n)) * boxes.radii
-            moved = way.seen(pair.samples, middles + offsets)[2]
-            normal = rng.normal(size=(count, 3))
-            normal /= np.linalg.norm(normal, axis=1)[:, None]
-            for point, place, after in (
-                (1, seen[:, 0], moved[:, 0]),
-                (0, seen[:, 0] - seen[:, -1], moved[:, 0] - moved[:, -1]),
+            moved = way.seen(pair.points, middles + offsets)[2]
+            normal = rng.normal(size=3)
+            normal /= np.linalg.norm(normal)
+            for fixed, place, after in (
+                (True, seen[:, 0], moved[:, 0]),
+                (False, seen[:, 0] - seen[:, -1], moved[:, 0] - moved[:, -1]),
             ):
-                form = Traced(way, axes, places, place, point, boxes)
-                value, slopes, error = form(normal, (place * normal).sum(1))
-                away = np.abs((after * normal).sum(1) - value - (slopes * offsets).sum(1))
+                value, slopes, error = Traced(way, axes, places, place, fixed, boxes)(normal, 0.25)
+                away = np.abs(after.mid[..., 0] @ normal + 0.25 - value - (slopes * offsets).sum(1))
                 assert (away <= error).all()
                 used = max(used, float((away / error).max()))
     assert used > 0.2  # the bounds are not idle
@@ -75,7 +75,7 @@ def test_facets_overlap_in_boxes_that_are_left_out(name, margin):
     n, proved = len(hinges), 0
     for state in closed_states(rings, np.zeros(n), np.full(n, math.pi), 400, rng, work):
         low, high = box_about(state, rng, 10.0 ** rng.uniform(-3, -0.3))
-        if overlaps(pairs, Equations(array.loops, *centred(low[None], high[None])))[0][0]:
+        if overlaps(pairs, Equations(array.loops, *centred(low[None], high[None])), Clock())[0][0]:
             proved += 1
             for own in closed_states(rings, low, high, 2, rng, work):
                 assert collide(linkage, own, margin)
@@ -94,7 +94,7 @@ def test_no_box_about_a_state_of_a_proved_path_is_left_out(name):
     low, high = (np.array(side) for side in zip(*boxes, strict=True))
     # closed states are near those of the path, which closes loops to a millionth
     closure = Equations(array.loops, *centred(low - 1e-5, high + 1e-5))
-    assert not overlaps(pairs, closure)[0].any()
+    assert not overlaps(pairs, closure, Clock())[0].any()
 
 
 def test_parts_of_equations_are_those_of_their_boxes():

@@ -9,7 +9,7 @@ from hcsearch import save
 from hcsearch.api.proving import prove, verify
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.certificates import certifying, path_checker
-from hcsearch.motion.certificates.certificate_data import checksum
+from hcsearch.motion.certificates.certificate_grammar import checksum
 from hcsearch.motion.certificates.certifying import CertificateError
 from tests.export.test_any_panels import drawing_of, strip, written
 

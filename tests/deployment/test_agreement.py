@@ -73,9 +73,33 @@ def test_other_outcomes_leave_it_open():
 
 def test_branches_of_singular_states_leave_it_open():
     assert both(1.5, 1.5, loose=0.9 * LOOSE_STATES_SHARE).verdict == "deploys"
-    found = both(1.5, 1.5, loose=0.25)
-    assert (found.verdict, found.flat_time) == ("undecided", 1.5)
-    assert "at 25% of its states loops stay open" in found.reason
+    loose = both(1.5, 1.5, loose=0.25)
+    assert (loose.verdict, loose.flat_time, loose.outcome) == ("undecided", None, "branch-singular")
+    assert loose.reason.startswith("branch-singular: loops stay open at 10% of its states or more")
+    assert loose.reason.endswith(": take the compliant formulation")
+    # the same word and sentence whichever way it went
+    for ending in ("at rest", "moving", "jammed", "diverged", "out of steps"):
+        found = agreement_of_simulations([seen(0.3, outcome=ending, verdict="undecided", loose=0.25)])
+        assert (found.verdict, found.flat_time, found.outcome, found.reason) == (
+            *("undecided", None, "branch-singular"),
+            loose.reason,
+        )
+    hits = agreement_of_simulations([seen(1.5, verdict="collides", loose=0.25), seen(1.5, verdict="collides")])
+    assert hits.verdict == "collides"
+
+
+def test_what_jams_or_diverges_is_compared_as_what_becomes_flat():
+    jams, diverges, comes_flat = (
+        [seen(0.5, t, ending, "undecided") for t in (1e-6, 1e-7)] for ending in ("jammed", "diverged", "flat")
+    )
+    assert agreement_of_simulations(jams) is None
+    assert agreement_of_simulations(diverges) is None
+    assert agreement_of_simulations([seen(0.5, 1e-6, "jammed", "collides"), seen(1.5, verdict="collides")]) is None
+    for pair in ((jams[0], diverges[1]), (diverges[0], jams[1]), (diverges[0], comes_flat[1])):
+        found = agreement_of_simulations(pair)
+        assert (found.verdict, found.flat_time, found.outcome) == ("undecided", None, "branch-singular")
+        assert found.reason.startswith(f"branch-singular: {pair[0].outcome} at tolerance 1e-6, {pair[1].outcome} at ")
+        assert found.reason.endswith(": take other springs, or the compliant formulation")
 
 
 def test_the_neighbours_are_tolerances_that_there_are():

@@ -263,6 +263,7 @@ def test_a_file_holds_the_drive(machine):
         ({"period": 1e5}, "period"),
         ({"period": 10**320}, "no table of numbers"),
         ({"period": True}, "no table of numbers"),
+        ({"stiffness": [1.0, True]}, "no table of numbers"),
         ({"start": [[0.0], [0.0, 1.0]]}, "no table of numbers"),
         ({"times": [0.0, 1.0]}, "as many numbers"),
         ({"start": "no"}, "no table of numbers"),

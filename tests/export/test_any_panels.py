@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from hcsearch import check, deploy, drive, replay, save
 from hcsearch.api.driving import DriveOptions
 from hcsearch.basics.errors import HcsearchError, PatternError
+from hcsearch.cases.pattern_files import DrawnDesign, read_pattern_file
 from hcsearch.cases.resolve import resolve
+from hcsearch.designs.circuit import Circuit
 from hcsearch.export.fold import fold_of
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.motion.collision.distances import cuts_through
@@ -288,7 +290,7 @@ def test_a_scene_file_names_a_pattern_in_its_own_folder(tmp_path):
     [
         ("pattern = 'unit-ii'", "write assembly = 'unit-ii'"),
         ("pattern = 'hex:0234550132:4'", "write design = 'hex:0234550132:4'"),
-        ("pattern = 'unit'", "name a file .fold, .urdf, .xml, .mjcf"),
+        ("pattern = 'unit'", "name a file .fold, .cp, .opx, .svg, .urdf, .xml, .mjcf"),
         ("design = 'u.fold'", "write pattern = 'u.fold'"),
         ("assembly = '17:4'", "write design = '17:4'"),
         ("assembly = 'unit-9'", "there is no assembly 'unit-9'"),
@@ -317,3 +319,77 @@ def test_a_size_that_no_pattern_has_is_refused_with_the_sizes_of_one(panel):
 def test_the_sign_of_an_angle_of_an_unassigned_crease_is_its_assignment(angle, letter):
     (join,) = parse_fold(json.dumps(strip([1.0, 1.0], [("U", angle)])), "a.fold").joins.values()
     assert join.assignment == letter
+
+
+FOUR_STACKS = {
+    "square:012233300121": "0MVMV0VM0VM0",  # which also folds into two stacks
+    "square:012232230001": "M00V0VMVM0MV",  # which does not
+}
+"""The creases of foldings of twelve squares into four stacks, in the order of the circuit; 0 stays flat, on top."""
+RING_OF_EIGHT = "square:01122330"
+
+
+def drawn_circuit(notation, creases, flat=("V", 0)):
+    """A circuit drawn with its creases: mountains, valleys, and 0 for those that stay flat."""
+    circuit = Circuit.from_notation(notation)
+    polygons = [[tuple(corner) for corner in circuit.grid.corners(cell)] for cell in circuit.cells]
+    marks = {"M": ("M", -180), "V": ("V", 180), "0": flat, "m": "M", "v": "V", "u": "U"}
+    pairs = [tuple(sorted((k, (k + 1) % circuit.n))) for k in range(circuit.n)]
+    return drawing_of(polygons, dict(zip(pairs, (marks[crease] for crease in creases), strict=True)))
+
+
+@pytest.mark.parametrize("flat", [("V", 0), ("M", 0), ("U", 0)])
+@pytest.mark.parametrize("notation", FOUR_STACKS)
+def test_a_stated_folding_into_four_stacks_is_a_linkage_in_this_state(notation, flat, tmp_path):
+    path = written(tmp_path, drawn_circuit(notation, FOUR_STACKS[notation], flat))
+    drawn = read_pattern_file(path)
+    why = "has no two-stack folding" if notation.endswith("0001") else "are of no two-stack folding of the circuit"
+    assert why in drawn.no_design
+    assert drawn.packed.sentence == "packed state stated by the file: 4 of 12 hinges flat, the others closed"
+    linkage = Linkage(drawn.packed.pattern)
+    middles = [solid.reshape(-1, 3).mean(axis=0)[:2] for solid in linkage.solids(linkage.folded)]
+    assert len(np.unique(np.round(middles, 6) + 0.0, axis=0)) == 4
+
+
+def test_a_stated_state_is_judged_though_the_letters_are_those_of_a_two_stack_folding(tmp_path):
+    save("square:01222300:1", tmp_path / "a.fold")
+    data = json.loads((tmp_path / "a.fold").read_text())
+    del data["edges_hcsearch:hingeFace"], data["file_frames"]
+    flat = [k for k, angle in enumerate(data["edges_foldAngle"][:8]) if angle == 0]
+    letters = ["U" if k in flat else "M" if angle < 0 else "V" for k, angle in enumerate(data["edges_foldAngle"][:8])]
+    data["edges_assignment"] = [*letters, *["B"] * (len(data["edges_vertices"]) - 8)]
+    assert isinstance(read_pattern_file(written(tmp_path, data)), DrawnDesign)
+    for k in flat:
+        data["edges_foldAngle"][k] = 180
+    assert "or the fold angles, are of no two-stack folding" in read_pattern_file(written(tmp_path, data)).no_design
+
+
+@pytest.mark.slow
+def test_a_ring_of_eight_squares_is_judged_by_all_commands(tmp_path, capfd):
+    path = written(tmp_path, drawn_circuit(RING_OF_EIGHT, "mvmvmvmv"))
+    note = f"{path} is taken as a linkage, as {RING_OF_EIGHT} has no two-stack folding"
+    results = {}
+    for words in (
+        ["check", path, "--json"],
+        ["show", path],
+        ["motion", path],
+        ["motion", path, "--from", "flat"],
+        ["prove", path, "--output", str(tmp_path / "lock.json")],
+        ["show", path, "--html", "--output", str(tmp_path / "ring.html")],
+    ):
+        result = results[" ".join(words[:1] + words[2:3])] = run_here(words, capfd)
+        assert result.stderr.splitlines()[0] == note
+        assert len(result.stderr.splitlines()) == 1
+    facts = json.loads(results["check --json"].stdout)
+    assert (facts["status"], facts["dof"], facts["dof_flat"], facts["kutzbach"]) == ("locked", 0, 3, 2)
+    assert "lock at flat         locked (exact proof)" in results["show"].stdout
+    assert "no finite motion was found at the start" in results["motion --from"].stdout
+    assert run_here(["verify", str(tmp_path / "lock.json")], capfd).returncode == 0
+
+
+def test_an_unassigned_drawing_of_a_circuit_without_foldings_has_the_verdict_of_a_design(tmp_path, capfd):
+    path = written(tmp_path, drawn_circuit(RING_OF_EIGHT, "uuuuuuuu"))
+    assert check(path).two_stack == 0
+    result = run_here(["motion", path], capfd)
+    assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
+    assert "has no two-stack folding: see hcsearch check" in result.stderr

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.errors import HcsearchError, InputFileError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
-from hcsearch.search.own_patterns.drawn_lines import in_plane, place_text, split_lines
+from hcsearch.search.own_patterns.drawn_lines import CrossingError, PointNumbers, in_plane, place_text, split_lines
 from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
 from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design
 from hcsearch.shape.mesh import without_spurs, without_straight_corners
@@ -304,6 +304,37 @@ def test_split_lines_meet_at_their_ends_only():
     assert [len(way) for way in ways] == [4, 3, 2, 4, 0]
     assert ways[0] == ways[3][::-1]
     assert ways[0][1] == ways[1][1] == pytest.approx((1.0, 0.0), abs=1e-3)
+
+
+def hatched(n):
+    """n lines each way, a unit apart, each with loose ends of half a unit."""
+    upright = [[k, y] for k in range(n) for y in (-0.5, n - 0.5)]
+    edges = [[2 * k, 2 * k + 1] for k in range(2 * n)]
+    points = upright + [[y, x] for x, y in upright]
+    return {"vertices_coords": points, "edges_vertices": edges, "edges_assignment": ["M"] * 2 * n}
+
+
+def test_lines_that_bound_too_many_faces_are_refused_before_all_are_split(monkeypatch):
+    numbered = []
+    number = PointNumbers.number
+    monkeypatch.setattr(PointNumbers, "number", lambda own, point: numbered.append(point) or number(own, point))
+    assert len(parse_fold(json.dumps(hatched(32))).facets) == 31 * 31
+    numbered.clear()
+    message = "too many lines for a pattern: they cross at more than 3,600 places, and so bound more than 1,000 faces"
+    with pytest.raises(InputFileError, match=message):
+        parse_fold(json.dumps(hatched(300)))
+    assert len(numbered) < 5000  # of 90,000 crossings
+
+
+def test_lines_that_bound_no_faces_may_cross_more_often():
+    points = np.array(hatched(70)["vertices_coords"])
+    lines = hatched(70)["edges_vertices"]
+    assert len(split_lines(points, lines, 0.01, 5000).points) == 70 * 70 + 280
+    with pytest.raises(CrossingError, match="cross at more than 3,140 places"):
+        split_lines(points, lines, 0.01, 5000, range(140))
+    assert split_lines(points, lines, 0.01, 5000, range(70)).points  # these do not cross each other
+    with pytest.raises(CrossingError, match="cross more than 4,000 times"):
+        split_lines(points, lines, 0.01, 4000)
 
 
 def test_a_speck_beside_a_corner_splits_neither_line_that_meets_there():

@@ -117,6 +117,8 @@ def test_fold_angles_stand_in_for_assignments():
     del data["edges_assignment"]
     assert [folding.notation for folding in recognise_design(parse_fold(json.dumps(data))).foldings] == [DESIGN]
     del data["edges_foldAngle"], data["edges_vertices"]
+    assert recognise_design(parse_fold(json.dumps(data))).creases == (1,)  # which the folded forms show
+    del data["file_frames"]
     assert recognise_design(parse_fold(json.dumps(data))).creases == (1, 3, 4)
 
 

@@ -12,6 +12,7 @@ from hcsearch.export.urdf import urdf_of
 from hcsearch.motion.collision.panel_prisms import margin_of, prisms_of
 from hcsearch.scenes import SCENES
 from hcsearch.shape.labels import labels_of
+from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.export.cases import NAMES, case
@@ -84,6 +85,33 @@ def test_mujoco_moves_light_panels_as_we_do():
     error, turned = greatest_error((linkage, labels_of(linkage, design=True)), DEFAULT, timestep=5e-6)
     assert error < 1e-2
     assert turned > 0.1
+
+
+RESISTED = [
+    ("hex:0234550132:4", {}, "flat"),
+    ("hex:0234550132:4", {"friction": 0.02}, "stuck"),
+    ("hex:0234550132:4", {"friction": 0.015, "harness": 0.005}, "stuck"),
+    ("hex:0234550132:4", {"friction": 0.02, "spring": "linear:0.1+0.05"}, "flat"),
+    ("hex:0234550132:4", {"hinges": (("3", (("friction", 0.3),)),)}, "stuck"),
+    ("hex:0233340501:3", {"friction": 0.05}, "stuck"),
+]
+
+
+@pytest.mark.parametrize(("name", "values", "outcome"), RESISTED)
+def test_mujoco_and_deploy_agree_on_what_friction_holds(name, values, outcome):
+    linkage = Folding.from_notation(name).linkage((0.05, 0.05, 0.006))
+    labels, scene = labels_of(linkage, design=True), replace(DEFAULT, **values)
+    own = simulate_deployment(linkage, scene, certified=False)
+    assert own.outcome == outcome
+    mujoco, model, data = model_of(mjcf_of(linkage, labels, scene))
+    at, flat, end = addresses(model, labels), False, own.motion.times[-1] + 0.1
+    while data.time < end and not flat:
+        mujoco.mj_step(model, data, nstep=50)
+        flat = np.abs(data.qpos[at]).max() < FLAT_FOLD_ANGLE
+    assert flat == (outcome == "flat")
+    if outcome == "stuck":
+        assert np.abs(data.qvel).max() < 1e-3
+        assert data.qpos[at] == pytest.approx(own.angles[-1], abs=0.02)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -11,14 +11,20 @@ from hcsearch.scenes.laws import law_named, linear_law
 from hcsearch.springs.flight import certified_margins
 from hcsearch.springs.flight.certified_margins import certified_margin, steepest_slopes, wander_of
 from hcsearch.springs.flight.law_torques import law_torques
-from hcsearch.springs.flight.torque_margin import allowed_senses, closed_rates, torque_margins
+from hcsearch.springs.flight.torque_margin import (
+    allowed_senses,
+    closed_rates,
+    torque_margins,
+    torque_margins_failed,
+)
+from hcsearch.springs.flight.travel import states_at
 from tests.flight.paths import NAMES, springs_of
 from tests.planned import along, planned
 
 
 def bounded(name, laws, friction):
     sample = planned(name)
-    wander = wander_of(sample.linkage, sample.proof)
+    wander = wander_of(sample.linkage, sample.proof.slack)
     assert wander == pytest.approx(sample.wander)
     return certified_margin(
         sample.linkage,
@@ -28,6 +34,14 @@ def bounded(name, laws, friction):
         steepest_slopes(laws),
         friction,
     )
+
+
+def margins_at(linkage, states, laws, friction):
+    """The least margins at some states, with all springs and with the worst one failed."""
+    rates = closed_rates(np.array([linkage.closure(state)[1] for state in states]))
+    program = rates, law_torques(laws, states), friction, allowed_senses(states)
+    whole = torque_margins(*program)
+    return whole.margins.min(), torque_margins_failed(*program, whole).margins.min()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -41,12 +55,23 @@ def test_no_closed_state_between_the_gaps_has_less(name):
     assert len(times) > 1900
     assert found.certified > 0.99
     states = np.array([close_linkage(sample.linkage, state).angles for state in along(sample, times)])
-    rates = closed_rates(np.array([sample.linkage.closure(state)[1] for state in states]))
-    dense = torque_margins(rates, law_torques(laws, states), friction, allowed_senses(states)).margins
-    assert found.bound <= dense.min()
-    assert found.bound >= 0.8 * min(found.least, dense.min())
-    assert found.least <= dense.min() * 1.05
-    assert found.kind == ("sampled" if found.gaps else "bound")
+    dense, failed = margins_at(sample.linkage, states, laws, friction)
+    assert found.bound <= dense
+    assert found.bound >= 0.9 * min(found.least, dense)
+    assert found.least <= dense * 1.05
+    assert found.failed <= failed
+    assert found.failed >= 0.9 * min(found.least_failed, failed)
+    assert found.failed <= found.bound
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_weakest_states_have_the_least_margins(name):
+    sample, (laws, _, friction) = planned(name), springs_of(name)
+    found = bounded(name, laws, friction)
+    for time, least, which in ((found.weakest, found.least, 0), (found.weakest_failed, found.least_failed, 1)):
+        state = states_at(sample.proof.motion, np.array([time]))
+        assert np.allclose(state, along(sample, np.array([time])), atol=1e-12)
+        assert margins_at(sample.linkage, state, laws, friction)[which] == pytest.approx(least, rel=1e-6)
 
 
 def test_corrections_bound_the_distance_to_closed_rates():

@@ -94,8 +94,6 @@ def test_linear_springs_without_preload_have_no_margin_at_the_flat_state():
     found = margins_along(path, torques, friction)
     assert (found.margins[-1], found.bounds[-1], found.failed_hinges[-1]) == (0.0, 0.0, -1)
     assert (found.least_state, found.least_failed_state) == (len(path.angles) - 1,) * 2
-    assert found.kind == "exact"
-    assert margins_along(path, *springs_of(NAMES[0])[1:]).kind == "sampled"
 
 
 def test_equal_preloads_over_equal_friction_are_the_margin_at_the_flat_state():

@@ -159,7 +159,10 @@ def test_the_worst_failed_spring_is_the_worst_of_all(state):
     jacobian, torques, friction, senses = state
     rates = closed_rates(jacobian[None])
     whole = torque_margins(rates, torques[None], friction, senses[None])
-    margins, hinges = torque_margins_failed(rates, torques[None], friction, senses[None], whole)
+    found = torque_margins_failed(rates, torques[None], friction, senses[None], whole)
+    margins, hinges = found.margins, found.hinges
+    assert found.known.all()
+    assert margins[0] <= found.bounds[0]
     working = torques * (1.0 - np.eye(len(torques)))
     each = {int(k): primal(jacobian, working[k], friction, senses) for k in np.flatnonzero(torques)}
     if not each:
@@ -176,7 +179,7 @@ def test_a_failed_spring_leaves_less_where_every_spring_helps(state):
     torques = np.abs(torques)
     rates = closed_rates(jacobian[None])
     whole = torque_margins(rates, torques[None], friction, senses[None])
-    margins, _ = torque_margins_failed(rates, torques[None], friction, senses[None], whole)
+    margins = torque_margins_failed(rates, torques[None], friction, senses[None], whole).margins
     assert margins[0] <= whole.bounds[0] * (1.0 + CLOSE) + CLOSE
 
 

@@ -447,7 +447,7 @@ def test_where_nothing_can_be_written_kernels_are_kept_in_a_temporary_folder(loa
     assert spare.stat().st_mode & 0o777 == 0o700
     assert capsys.readouterr().err == (
         "hcsearch: compiled kernels cannot be kept in /dev/null/cache/hcsearch (Not a directory)"
-        f" but are in {spare}; set NUMBA_CACHE_DIR to a folder that can be written\n"
+        f" but are in {spare}; set NUMBA_CACHE_DIR to a folder that only you can write\n"
     )
     assert load().apart(1.0) == 3.0
     assert misses(load().apart) == 0
@@ -465,7 +465,7 @@ def test_without_any_folder_kernels_are_compiled_at_every_start(load, tmp_path, 
     assert load().through(1.0) == 3.0
     assert capsys.readouterr().err == (
         "hcsearch: compiled kernels cannot be kept in /dev/null/cache/hcsearch (Not a directory):"
-        " they are compiled at every start; set NUMBA_CACHE_DIR to a folder that can be written\n"
+        " they are compiled at every start; set NUMBA_CACHE_DIR to a folder that only you can write\n"
     )
     assert not list(tmp_path.glob("hcsearch-*/*"))
 

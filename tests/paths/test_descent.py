@@ -14,7 +14,7 @@ from hcsearch.designs.twisting import twist
 from hcsearch.library.assemblies.eight_r import unit_i, unit_ii
 from hcsearch.library.assemblies.named_assembly import Parameters
 from hcsearch.library.assemblies.squares import element_6r
-from hcsearch.motion.kinematics.within_stops import close_within_stops, least_energy
+from hcsearch.motion.kinematics.within_stops import UNMOVED_HINGE_TURN, close_within_stops, least_energy
 from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.paths.descent import descend_energy, descent_springs, find_descent
 from hcsearch.motion.paths.motions import joined_paths, reversed_path
@@ -200,6 +200,8 @@ def test_the_least_energy_is_that_of_a_general_solver(seed):
     velocity = least_energy(basis, springs, angles, low, high)
     assert (velocity >= low).all()
     assert (velocity <= high).all()
+    room = np.minimum(velocity - low, high - velocity)  # what is at a bound but for rounding is at it
+    assert ((room == 0.0) | (room > 0.5 * UNMOVED_HINGE_TURN)).all()
     assert np.abs(velocity - basis @ (basis.T @ velocity)).max() < 1e-7
     walls = [
         {"type": "ineq", "fun": lambda z: basis @ z - low},

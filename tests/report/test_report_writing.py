@@ -34,7 +34,7 @@ def test_the_funnel_counts_what_the_query_selects(database):
         "two-stack": 2,
         "untwisted": 1,
         "movable": None,
-        "deployable by springs": None,
+        "deployed by springs": None,
     }
     untwisted = fetch_report_data(database, "grid=hex n=8 untwisted", limit=None)
     assert [stage.count for stage in untwisted.funnel][1:] == [1, 1, 1, 1, None, None]
@@ -49,7 +49,7 @@ def test_stages_that_have_not_run_are_not_known(database):
 
 def test_twisted_designs_alone_are_known_not_to_deploy(database):
     funnel = counts(fetch_report_data(database, "grid=hex n=8 untwisted=0", limit=None))
-    assert (funnel["movable"], funnel["deployable by springs"]) == (0, 0)
+    assert (funnel["movable"], funnel["deployed by springs"]) == (0, 0)
 
 
 def test_the_best_designs_come_first_with_their_foldings(database):
@@ -108,7 +108,7 @@ def test_a_report_shows_the_verdicts_of_its_scene(scenes, tmp_path):
     }
     shown = {
         scene: [data.designs[0][name] for name in ("status", "deploy_time", "needed_margin")]
-        + [counts(data)[name] for name in ("movable", "deployable by springs")]
+        + [counts(data)[name] for name in ("movable", "deployed by springs")]
         for scene, data in reports.items()
     }
     assert shown == {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
@@ -11,47 +12,112 @@ from hcsearch.designs.grid.lattice_regions import SQUARES, blocks, within
 from hcsearch.designs.grid.tilings import Cell, Grid
 from hcsearch.system.reading import read_text_file
 
-_DRAWN = re.compile(r"(?=.*[Xx])[Xx.\s/]+")
-_NUMBER = re.compile("[+-]?[0-9]{1,9}")
+_CELL_SIGNS = "X#O1"
+"""Signs for cells in drawings, of which a drawing has one; 0 is an empty place in drawings of 1."""
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
+_MAX_COORDINATE = 1e9
+_COORDINATES = ("x", "y", "q", "r", "u", "k")
+"""The names of coordinates on all grids."""
 
 
 def is_drawing(text: str) -> bool:
-    """Whether a specification, or a line of a file, is a drawing: X, `.`, spaces and slashes, with an X."""
-    return _DRAWN.fullmatch(text) is not None
+    """Whether a specification is a drawing: signs for cells, `.`, blanks, and slashes or line ends between rows.
+
+    A text of 0 and 1 only is one if it has several rows.
+    """
+    marks, rows = _marks(text), re.split("[/\n]", text)
+    return (bool(marks) and marks <= set("X#O")) or ("1" in marks and marks <= set("10") and len(rows) > 1)
 
 
 def drawn_array(grid: Grid, text: str) -> Array:
-    """The array drawn in one line, its rows from the top, between slashes: `XXX / X.X`."""
-    spaced = text.count(" / ") == text.count("/")  # spaces on both sides of each slash are no part of the rows
-    return Array.from_cells(grid, _drawn_cells(grid, text.split(" / " if spaced else "/")))
+    """The array drawn in a text, its rows from the top, on lines or between slashes: `XXX / X.X`."""
+    return _drawn(grid, text.lstrip("\ufeff").splitlines())
 
 
 def array_in_file(grid: Grid, path: str) -> Array:
     """The array in a text file: one cell a line, below a heading or not, or a drawing.
 
-    Empty lines and comments from # on are skipped. Errors name the file.
+    Comments from # on are skipped, unless the whole file is a drawing of #. Empty lines are rows without cells in
+    drawings, and skipped in lists. Errors name the file.
     """
-    lines = {
-        number: line.split("#")[0].rstrip()
-        for number, line in enumerate(read_text_file(path, "the cells in").splitlines(), 1)
-    }
-    lines = {number: line for number, line in lines.items() if line}
-    if not lines:
+    lines = read_text_file(path, "the cells in").splitlines()
+    if _marks("".join(lines)) == {"#"} or any(map(_has_inner_hash, lines)):
+        rows = [line for line in lines if line.lstrip()[:1] != "#" or _marks(line) <= set("X#O")]
+    else:  # lines that hold a comment only are no rows
+        rows = [line.split("#")[0].rstrip() for line in lines if line.lstrip()[:1] != "#"]
+    listed = {number: told for number, line in enumerate(lines, 1) if (told := line.split("#")[0].rstrip())}
+    if not any(map(str.strip, rows)):
         names, _ = cell_form(grid)
         example = ",".join("0" for _ in names)
-        raise ArrayError(f"{path} holds no cells: write one a line, as {example}, or draw rows of X and .")
+        raise ArrayError(
+            f"{path} holds no cells: write one a line, as {example}, or draw rows of X and . (# begins a comment)"
+        )
+    marks = _marks("".join(rows))
+    of_digits = marks <= set("10") and all(len(line.split()) == 1 for line in listed.values())
     try:
-        if all(_is_row(line) for line in lines.values()):
-            rows = [row for line in lines.values() for row in line.split("/")]
-            return Array.from_cells(grid, _drawn_cells(grid, rows))
-        return Array.from_cells(grid, _listed_cells(grid, lines))
+        if marks <= set("X#O") or of_digits:
+            return _drawn(grid, rows)
+        return Array.from_cells(grid, _listed_cells(grid, listed))
     except HcsearchError as error:
         raise type(error)(f"{path}: {error}") from None
 
 
-def _is_row(line: str) -> bool:
-    """Whether a line may be part of a drawing, such as one of empty places only."""
-    return is_drawing(line + "X")
+def _marks(text: str) -> set[str]:
+    """The signs of a drawing, without those of empty places and between rows; a text of other signs has more."""
+    return set(re.sub(r"[\s./\ufeff]", "", text).upper())
+
+
+def _has_inner_hash(line: str) -> bool:
+    """Whether a line is a row in which a # follows another sign, so that it begins no remark."""
+    return _marks(line) <= set("X#O") and re.search(r"[^\s#]#", line) is not None
+
+
+def _drawn(grid: Grid, lines: Sequence[str]) -> Array:
+    """The array drawn on lines."""
+    rows = [row for line in lines for row in _rows_of_line(grid, line, only=len(lines) == 1)]
+    marks = _marks("".join(rows))
+    if len(marks) > 1 and marks != set("10"):
+        listed = " and ".join(sorted(marks))
+        raise NotationError(f"the drawing has the signs {listed}: draw cells as X and empty places as .")
+    rows = [re.sub("[" + _CELL_SIGNS + "]", "X", row.upper()) for row in rows]
+    while rows and not rows[0].strip():
+        del rows[0]
+    cells = _drawn_cells(grid, _with_places(grid, rows))
+    try:
+        return Array.from_cells(grid, cells)
+    except ArrayError as error:
+        blank = any(" " in row.strip() or not row.strip() for row in rows)
+        raise ArrayError(f"{error}{'; a blank in a drawing is an empty place' if blank else ''}") from None
+
+
+def _rows_of_line(grid: Grid, line: str, *, only: bool) -> list[str]:
+    """The rows on one line, without blanks at their ends; only : whether there is no other line."""
+    rows = (line if only else line.rstrip().removesuffix("/")).split("/")
+    spaced = all(row[:1].isspace() for row in rows[1:]) and all(row[-1:].isspace() for row in rows[:-1])
+    blank = next((number for number, row in enumerate(rows, 1) if row[:1].isspace()), None)
+    if grid.name in SQUARES and blank and len(rows) > 1 and not (spaced and blank > 1):
+        raise NotationError(
+            f"row {blank} of {line.strip()!r} begins with a blank: write ' / ' between all rows, and . for an empty "
+            "place"
+        )
+    # blanks on both sides of each slash are no part of the rows
+    return [row[spaced and number > 0 :].rstrip() for number, row in enumerate(rows)]
+
+
+def _with_places(grid: Grid, rows: Sequence[str]) -> list[str]:
+    """The rows with one sign for each place.
+
+    Tabs part the places where no two signs are between them. On squares blanks part the places where every second
+    place is blank in all rows, as cells would touch nowhere along the rows otherwise.
+    """
+    fields = [row.split("\t") for row in rows]
+    if any("\t" in row for row in rows) and all(len(field.strip()) < 2 for row in fields for field in row):
+        return ["".join(field.strip() or " " for field in row) for row in fields]
+    rows = [row.expandtabs() for row in rows]
+    if grid.name not in SQUARES:
+        return list(rows)
+    margin = min((len(row) - len(row.lstrip()) for row in rows if row), default=0)
+    return [row[margin::2] for row in rows] if not any(row[margin + 1 :: 2].strip() for row in rows) else list(rows)
 
 
 def _drawn_cells(grid: Grid, rows: Sequence[str]) -> list[Cell]:
@@ -61,9 +127,7 @@ def _drawn_cells(grid: Grid, rows: Sequence[str]) -> list[Cell]:
     are shifted by one place. On triangles places alternate between upright ones, with the first of the first row, and
     inverted ones.
     """
-    if grid.name in SQUARES:
-        rows = ["".join(row.split()) for row in rows]  # spaces only make squares look square
-    places = [(column, k) for k, row in enumerate(rows) for column, mark in enumerate(row.expandtabs()) if mark in "Xx"]
+    places = [(column, k) for k, row in enumerate(rows) for column, mark in enumerate(row) if mark == "X"]
     if not places:
         raise NotationError("the drawing has no cell: draw cells as X and empty places as .")
     check_size(len(places) * max(1, grid.kinds // 2), "the drawing")
@@ -93,24 +157,45 @@ def _triangle_at(x: int, y: int, *, inverted: bool) -> list[tuple[float, float]]
 
 
 def _listed_cells(grid: Grid, lines: dict[int, str]) -> list[Cell]:
-    """The cells that lines list by their coordinates, in the order of the heading where there is one."""
+    """The cells that lines list by their coordinates, in the order of the heading where there is one.
+
+    A column before the coordinates is an index, if the heading has one, or if it counts the lines.
+    """
     names, kinds = cell_form(grid)
-    words = {number: re.sub("[,;]", " ", line).split() for number, line in lines.items()}
+    words = {number: re.sub("[][(),;]", " ", line).split() for number, line in lines.items()}
     first = next(iter(words))
     heading = [word.strip("\"'").lower() for word in words[first]]
-    order = list(names)
-    if sorted(heading) == sorted(names):
-        order = heading
+    order, before, indexed = heading[-len(names) :], heading[: -len(names)], False
+    if sorted(order) == sorted(names) and len(before) < 2 and not {*before} & {*_COORDINATES}:
+        indexed = bool(before) or lines[first][0] in ",; \t"
         del words[first]
-    elif not any(map(_NUMBER.fullmatch, heading)):
-        raise ArrayError(f"line {first}: {lines[first].strip()!r} is no heading of cells: write {','.join(names)}")
+    elif any(_whole(word) is not None for word in heading):
+        order = list(names)
+    else:
+        raise ArrayError(
+            f"line {first}: {lines[first].strip()!r} is no heading of cells: write {','.join(names)}, or draw rows of "
+            "X and ."
+        )
+    rows = {number: [_whole(text) for text in texts] for number, texts in words.items()}
+    starts = [row[0] if len(row) == len(names) + 1 else None for row in rows.values()]
+    if indexed or (len(rows) > 1 and starts in (list(range(len(rows))), list(range(1, len(rows) + 1)))):
+        rows = {number: row[1:] if len(row) > len(names) else row for number, row in rows.items()}
     cells: list[Cell] = []
-    for number, texts in words.items():
-        numbers = [int(text) for text in texts if _NUMBER.fullmatch(text)]
-        cell = tuple(numbers) if len(numbers) == len(texts) == len(names) else ()
+    for number, row in rows.items():
+        numbers = tuple(number for number in row if number is not None)
+        cell = numbers if len(numbers) == len(row) == len(names) else ()
         cell = tuple(dict(zip(order, cell, strict=True))[name] for name in names) if cell else ()
         if not is_cell(grid, cell):
             form = ",".join(order) + kinds.replace(",", " with", 1)
-            raise ArrayError(f"line {number}: {lines[number].strip()!r} is no cell: write {form}")
+            binary = _marks(lines[number].replace(",", "")) <= set("10")
+            drawing = ", or draw rows of 1 and 0 without blanks" if binary else ""
+            raise ArrayError(f"line {number}: {lines[number].strip()!r} is no cell: write {form}{drawing}")
         cells.append(cell)
     return cells
+
+
+def _whole(text: str) -> int | None:
+    """The whole number of a text, such as 1, "1" or 1.0e+00; None for others."""
+    text = text.strip("\"'")
+    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    return int(value) if abs(value) < _MAX_COORDINATE and value.is_integer() else None

@@ -17,10 +17,10 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
 
     `6x5` has 6 columns and 5 rows of squares or rectangles; `3-4-3` lists rows of hexagons from the top; `p5x4` is a
     parallelogram, `t5` a triangle of side 5, `h3` a hexagon of side 3 and `s1` a star with points of side 1, of
-    triangles or hexagons; `XXX / X.X` is drawn, its rows from the top; `@file` names a file with one cell a line, or
-    with a drawing. On grids whose panels are parts of squares, triangles or hexagons, these are cut into panels
-    (docs/reference/grids.md has pictures): squares `6x5` of `right45` in two, with its legs as sides. An array's own
-    notation is read, too.
+    triangles or hexagons; `XXX / X.X` is drawn, its rows from the top, between slashes or on lines; `@file` names a
+    file with one cell a line, or with a drawing. On grids whose panels are parts of squares, triangles or hexagons,
+    these are cut into panels (docs/reference/grids.md has pictures): squares `6x5` of `right45` in two, with its legs
+    as sides. An array's own notation is read, too.
 
     Parameters
     ----------

@@ -1,5 +1,7 @@
 """The folder of compiled kernels, in the user's cache, and file locks against compiling a kernel twice.
 
+Kernels are kept where nobody but the user and root can write, since they are code: see `own_folders`.
+
 The locks only save work: without them two processes may compile the same kernel at once, and one of two equal files
 replaces the other.
 """
@@ -7,7 +9,6 @@ replaces the other.
 from __future__ import annotations
 
 import os
-import stat
 import sys
 import tempfile
 from contextlib import suppress
@@ -19,12 +20,14 @@ from uuid import uuid4
 
 import numba
 
+from hcsearch.kernels.compiling.own_folders import check_own_folder, make_own_folder
+
 if TYPE_CHECKING:
     from filelock import BaseFileLock
 
 _MAX_FOLDER_SIZE = 512 * 2**20
 """Size (bytes) to which the folder is pruned: about ten sets of kernels."""
-_REMEDY = "set NUMBA_CACHE_DIR to a folder that can be written"
+REMEDY = "set NUMBA_CACHE_DIR to a folder that only you can write"
 KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN = "*.kernel", "*.part", "*.lock"
 """File patterns: finished kernels, partly written files, and locks."""
 
@@ -42,10 +45,24 @@ def wanted_folder() -> Path:
         return Path("~/.cache/hcsearch/kernels")
 
 
+def readable_folder() -> Path | None:
+    """Return the preferred folder of compiled kernels; None if others might have put code into it."""
+    return _readable(wanted_folder())
+
+
+@cache  # while it is there, others cannot put another into its place
+def _readable(preferred: Path) -> Path | None:
+    try:
+        check_own_folder(preferred)
+    except OSError:
+        return None
+    return preferred
+
+
 def writable_folder() -> Path | None:
     """Return the folder that new kernels are written to: the preferred one, or else a temporary folder.
 
-    Returns None if neither can be written. A single warning on stderr names the remedy.
+    Returns None if neither can be written, or if others can write to both. A single warning on stderr names the remedy.
     """
     return _writable(wanted_folder())
 
@@ -53,38 +70,28 @@ def writable_folder() -> Path | None:
 @cache
 def _writable(preferred: Path) -> Path | None:
     try:
-        _ensure_writable(preferred)
+        _prepare(preferred, 0o755)
     except OSError as error:
         problem = f"compiled kernels cannot be kept in {preferred} ({error.strerror or error})"
     else:
         return preferred
-    fallback = Path(tempfile.gettempdir()) / f"hcsearch-{os.getuid() if hasattr(os, 'getuid') else 'kernels'}"
+    fallback = Path(tempfile.gettempdir()) / f"hcsearch-{os.geteuid() if hasattr(os, 'geteuid') else 'kernels'}"
     try:
-        _ensure_writable(fallback, 0o700)
-        _check_private(fallback)
+        _prepare(fallback, 0o700)
     except OSError:
-        warn_once(f"{problem}: they are compiled at every start; {_REMEDY}")
+        warn_once(f"{problem}: they are compiled at every start; {REMEDY}")
         return None
-    warn_once(f"{problem} but are in {fallback}; {_REMEDY}")
+    warn_once(f"{problem} but are in {fallback}; {REMEDY}")
     return fallback
 
 
-def _ensure_writable(folder: Path, mode: int = 0o777) -> None:
-    """Create a folder and check that files can be written there; raises OSError otherwise."""
+def _prepare(folder: Path, mode: int) -> None:
+    """Create a folder, and check that files can be written there and by whom; raises OSError otherwise."""
     if not folder.is_absolute():
         raise FileNotFoundError(0, "the user has no home folder")
-    folder.mkdir(parents=True, exist_ok=True, mode=mode)
+    make_own_folder(folder, mode)
     with tempfile.TemporaryFile(dir=folder):
         pass
-
-
-def _check_private(folder: Path) -> None:
-    """Raise PermissionError for a folder that other users can write to, as code from there is executed."""
-    status = folder.lstat()
-    if hasattr(os, "getuid") and (
-        not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid() or status.st_mode & 0o022
-    ):
-        raise PermissionError
 
 
 @cache
@@ -96,10 +103,11 @@ def warn_once(line: str) -> None:
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file atomically, with default permissions, as several users may share the folder."""
+    """Write a file atomically; others may read it, as several users may share the folder of root, but not write it."""
     part = path.with_name(f"{path.stem}-{uuid4().hex}{PART_FILE_PATTERN[1:]}")
     try:
-        part.write_bytes(content)
+        with open(part, "xb", opener=lambda name, flags: os.open(name, flags, 0o644)) as file:
+            file.write(content)
         part.replace(path)
     except BaseException:
         part.unlink(missing_ok=True)

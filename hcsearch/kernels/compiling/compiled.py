@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
@@ -37,7 +39,8 @@ def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
     """Compile a function and cache its machine code on disk, in numba's own cache if this numba lacks internals."""
     njit: Any = numba.njit  # has options that its types do not name
     if not has_internals():
-        return cast(Kernel, njit(nogil=True, cache=True)(function))
+        kernel = _kept_by_numba(function)
+        return cast(Kernel, njit(nogil=True)(function) if kernel is None else kernel)
     from hcsearch.kernels.compiling.kernel_cache import KernelCache  # noqa: PLC0415 - imports what another numba may lack
 
     # kernels compiled on the way inherit the flag unless they set it
@@ -45,3 +48,19 @@ def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
     if isinstance(kernel, Dispatcher):  # with numba disabled, njit returns the function itself
         KernelCache.attach(kernel)
     return cast(Kernel, kernel)
+
+
+def _kept_by_numba(function: Any) -> Any:
+    """Compile a function with numba's own cache; None if others might have put code into it, or it has no folder."""
+    from hcsearch.kernels.compiling.cache_folder import REMEDY, warn_once  # noqa: PLC0415
+    from hcsearch.kernels.compiling.own_folders import is_own_folder  # noqa: PLC0415
+
+    njit: Any = numba.njit
+    with suppress(RuntimeError):  # no folder can be written
+        kernel = njit(nogil=True, cache=True)(function)
+        if not isinstance(kernel, Dispatcher) or is_own_folder(Path(str(kernel.stats.cache_path)), "*.nb[ci]"):
+            return kernel
+    warn_once(
+        f"numba has no folder for compiled kernels that only you can write: they are compiled at every start; {REMEDY}"
+    )
+    return None

@@ -14,7 +14,6 @@ import hashlib
 import pickle
 import time
 from contextlib import suppress
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,12 +25,14 @@ from numba.core.compiler_lock import global_compiler_lock
 from hcsearch.kernels.compiling import cache_folder, under_way
 from hcsearch.kernels.compiling.cache_folder import (
     prune_folder,
+    readable_folder,
     wanted_folder,
     warn_once,
     writable_folder,
     write_atomically,
 )
 from hcsearch.kernels.compiling.numba_internals import use_compiler_settings
+from hcsearch.kernels.compiling.own_folders import is_own_file
 from hcsearch.kernels.compiling.stamps import kernel_stamp
 
 if TYPE_CHECKING:
@@ -105,23 +106,20 @@ class KernelCache(NullCache):
         """The folder of the cache."""
         return str(wanted_folder())
 
-    @cached_property
-    def _stamp(self) -> str:
-        return kernel_stamp(self._kernel)
-
     def _file(self, signature: Any, codegen: Any) -> str:
         """Return the file name of a signature on this processor."""
-        bare = ".bare" if KernelCache._depth > 1 else ""
-        text = f"{self._stamp} {_signature_text(signature)} {codegen.magic_tuple()} {bare}"
+        bare, stamp = ".bare" if KernelCache._depth > 1 else "", kernel_stamp(self._kernel)
+        text = f"{stamp} {_signature_text(signature)} {codegen.magic_tuple()} {bare}"
         digest = hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
-        return f"{digest}-{self._stamp}-{self._kernel.__name__}{bare}.kernel"
+        return f"{digest}-{stamp}-{self._kernel.__name__}{bare}.kernel"
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the cached compile result of a signature; None if this process must compile it."""
         # a refresh, which numba's cache makes here, loads all that can be compiled: 0.4 s
         _runtime.rtsys.initialize(target_context)
         name = self._file(sig, target_context.codegen())
-        result = _read(wanted_folder(), name, target_context)
+        filled = readable_folder()
+        result = None if filled is None else _read(filled, name, target_context)
         folder = None if result is not None else writable_folder()
         if result is None:
             under_way.set_current_kernel(self._kernel)
@@ -158,9 +156,15 @@ def _checksum(content: bytes) -> bytes:
 
 
 def _read(folder: Path, name: str, target_context: Any) -> Any:
-    """Load a compile result from a file; return None if there is none. Damaged files are deleted."""
+    """Load a compile result from a file in a folder of the user's; return None if there is none.
+
+    Files that others might have written are not read, and damaged files are deleted.
+    """
     path = folder / name
     try:
+        if not is_own_file(path):
+            warn_once(f"{folder} has kernels that others might have written: they are not run but compiled anew")
+            return None
         content = path.read_bytes()
     except OSError:
         return None

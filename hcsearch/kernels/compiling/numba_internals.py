@@ -55,6 +55,7 @@ NUMBA_INTERNALS = (
     NumbaInternal("numba.core.compiler", "CompileResult._rebuild"),
     NumbaInternal("numba.core.compiler", "Flags.no_cpython_wrapper"),
     NumbaInternal("numba.core.compiler_lock", "global_compiler_lock"),
+    NumbaInternal("numba.core.config", "reload_config", ()),
     NumbaInternal("numba.core.cpu", "CPUTargetOptions._nrt"),
     NumbaInternal("numba.core.cpu", "CPUTargetOptions.forceinline"),
     NumbaInternal("numba.core.cpu", "CPUTargetOptions.no_cfunc_wrapper"),
@@ -92,6 +93,7 @@ _OTHER_SETTINGS = ("SLP_VECTORIZE", "BOUNDSCHECK", "ENABLE_AVX", "DEBUGINFO_DEFA
 def compiler_settings() -> dict[str, Any]:
     """Return compiler settings by names of numba's configuration; environment variables NUMBA_... take precedence."""
     config: Any = numba.config
+    config.reload_config()  # as numba does when it compiles: variables may have been set after its import
     our_settings = {name: type(getattr(config, name))(value) for name, value in _OUR_SETTINGS.items()}
     overridden = {name for name in our_settings if f"NUMBA_{name}" in os.environ}
     return {name: our_settings[name] for name in our_settings.keys() - overridden} | {
@@ -103,8 +105,8 @@ def compiler_settings() -> dict[str, Any]:
 def use_compiler_settings() -> Iterator[None]:
     """Apply our compiler settings within a block, which must hold numba's compiler lock."""
     config: Any = numba.config
-    before = {name: getattr(config, name) for name in _OUR_SETTINGS}
     chosen = compiler_settings()
+    before = {name: getattr(config, name) for name in _OUR_SETTINGS}
     for name in _OUR_SETTINGS:
         setattr(config, name, chosen[name])
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from hcsearch.kernels.compiling.cache_folder import KERNEL_FILE_PATTERN, wanted_folder, writable_folder
+from hcsearch.kernels.compiling.cache_folder import KERNEL_FILE_PATTERN, readable_folder, writable_folder
 from hcsearch.kernels.compiling.numba_internals import has_internals
 from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
 
@@ -77,5 +77,6 @@ def uncompiled_stamps(stamps: frozenset[str]) -> frozenset[str]:
 
 
 def _files() -> list[Any]:
-    folders = {wanted_folder(), writable_folder() or wanted_folder()}
-    return [path for folder in folders for path in folder.glob(KERNEL_FILE_PATTERN)]
+    return [
+        path for folder in {readable_folder(), writable_folder()} if folder for path in folder.glob(KERNEL_FILE_PATTERN)
+    ]

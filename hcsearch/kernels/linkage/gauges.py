@@ -21,9 +21,7 @@ GREEDY_PIVOTS_PER_COLUMN, MAX_PIVOTS_PER_COLUMN = 3, 40
 
 
 @compiled
-def largest_multiple(
-    columns: Reals, target: Reals, lower: Reals, upper: Reals, weights: Reals, prices: Reals, places: Signs
-) -> float:
+def largest_multiple(columns: Reals, target: Reals, lower: Reals, upper: Reals, weights: Reals, prices: Reals) -> float:
     """Return the greatest t >= 0 for which t target = sum y_i columns_i with lower <= y <= upper.
 
     It is infinite where there is no greatest, and NaN where the search does not end. Where it is infinite, the weights
@@ -52,7 +50,6 @@ def largest_multiple(
         entering = _entering(tableau[m], values, lows, highs, is_basic, pivot < GREEDY_PIVOTS_PER_COLUMN * width)
         if entering < 0:
             prices[:] = tableau[m, n + 1 :]
-            _place(values, lows, highs, is_basic, places)
             weights[:] = values[:n]
             return float(values[n])
         step, row = _step_of(tableau, entering, values, lows, highs, basis)
@@ -64,7 +61,6 @@ def largest_multiple(
                 values[basis[r]] = -sign * tableau[r, entering]
             weights[:] = values[:n] / values[n]
             prices[:] = 0.0
-            places[:] = 0
             return math.inf
         change = sign * step
         values[entering] += change
@@ -135,31 +131,17 @@ def _pivot(tableau: Reals, row: int, column: int) -> None:
                 tableau[r, j] -= factor * tableau[row, j]
 
 
-@compiled
-def _place(values: Reals, lows: Reals, highs: Reals, is_basic: Flags, places: Signs) -> None:
-    """Write at which bound each variable is held that is not in the basis."""
-    for j in range(len(places)):
-        places[j] = 0
-        if not is_basic[j] and values[j] == highs[j]:
-            places[j] = 1
-        elif not is_basic[j] and values[j] == lows[j]:
-            places[j] = -1
-
-
 LOST_POWER_SHARE = 1e-12
 """Power of closed rates below this share of the torques' size is rounding."""
 
 
 @compiled
-def solve_margin(
-    basis: Reals, torques: Reals, friction: Reals, senses: Signs, rates: Reals, moments: Reals, places: Signs
-) -> float:
+def solve_margin(basis: Reals, torques: Reals, friction: Reals, senses: Signs, rates: Reals, moments: Reals) -> float:
     """Return the greatest power of torques on closed rates over that lost to friction; NaN where that is not found.
 
     basis : (n, m), orthonormal columns, of the closed rates. torques, friction : (n,), N m. senses : (n,), 1 where a
     hinge has rates of at least 0 only, -1 of at most 0, else 0. rates : (n,), written: the best ones, of power 1 per
-    N m of torques. moments : (n,), written: what friction has to bear at each hinge, N m. places : (n,), written: 1 or
-    -1 where this is all that it bears, with the sign of the moment, else 0.
+    N m of torques. moments : (n,), written: what friction has to bear at each hinge, N m.
     """
     n, m = basis.shape
     target, size, scale = np.zeros(m), 0.0, 0.0
@@ -171,7 +153,6 @@ def solve_margin(
     length = math.sqrt(np.sum(target**2))
     rates[:] = 0.0
     moments[:] = 0.0
-    places[:] = 0
     if length <= LOST_POWER_SHARE * math.sqrt(size):
         return 0.0
     scale = scale or 1.0
@@ -180,7 +161,7 @@ def solve_margin(
         upper[j] = math.inf if senses[j] < 0 else friction[j] / scale
         lower[j] = -math.inf if senses[j] > 0 else -friction[j] / scale
     prices = np.empty(m)
-    multiple = largest_multiple(basis, target / length, lower, upper, moments, prices, places)
+    multiple = largest_multiple(basis, target / length, lower, upper, moments, prices)
     if math.isnan(multiple):
         return multiple
     if math.isinf(multiple):
@@ -204,49 +185,7 @@ def solve_margins(
     margins: Reals,
     rates: Reals,
     moments: Reals,
-    places: Signs,
 ) -> None:
     """Write `solve_margin` of k states: bases (k, n, m), friction (n,), margins (k,), all others (k, n)."""
     for k in range(len(bases)):
-        margins[k] = solve_margin(bases[k], torques[k], friction, senses[k], rates[k], moments[k], places[k])
-
-
-@compiled
-def solve_failed_margins(
-    bases: Reals,
-    torques: Reals,
-    friction: Reals,
-    senses: Signs,
-    rates: Reals,
-    margins: Reals,
-    failed: WholeNumbers,
-) -> None:
-    """Write the least margins of k states with one of the torques 0, and which: 0 and -1 where all are 0.
-
-    rates : (k, n), the best with all torques. Their ratio without a torque is a lower bound of the margin without it,
-    so most programs are left out. Others as in `solve_margins`; failed : (k,).
-    """
-    count, n = torques.shape
-    own, moments, places, left = np.empty(n), np.empty(n), np.empty(n, np.int8), np.empty(n)
-    bounds = np.empty(n)
-    for k in range(count):
-        margins[k], failed[k] = 0.0, -1
-        power, lost = 0.0, 0.0
-        for j in range(n):
-            power += torques[k, j] * rates[k, j]
-            lost += friction[j] * abs(rates[k, j])
-        for j in range(n):
-            rest = power - torques[k, j] * rates[k, j]
-            bounds[j] = max(rest, 0.0) / lost if lost > 0.0 else 0.0
-        for j in np.argsort(bounds):
-            if torques[k, j] == 0.0:
-                continue
-            if failed[k] >= 0 and bounds[j] >= margins[k]:
-                break
-            left[:] = torques[k]
-            left[j] = 0.0
-            margin = solve_margin(bases[k], left, friction, senses[k], own, moments, places)
-            if failed[k] < 0 or margin < margins[k] or math.isnan(margin):
-                margins[k], failed[k] = margin, j
-            if math.isnan(margin):
-                break
+        margins[k] = solve_margin(bases[k], torques[k], friction, senses[k], rates[k], moments[k])

@@ -185,12 +185,25 @@ INTERPOLATED_STATE_RESIDUAL = 1e-6
 """Closure residual (rad, or gap over size) up to which loops count as closed between states."""
 RESIDUAL_SAMPLE_SHARES = (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
 """Shares of a step at which closure residuals are sampled between states."""
+SMOOTH_STEP_SHARE = 0.1
+"""Share of the opening of a quintic below which a cubic takes its place."""
 MAX_REFINEMENT_PASSES = 4
 """Greatest number of times that a step is halved."""
 HELD_JOINT_TOLERANCE = 1e-9
 """A joint counts as held in a step if it moves by at most this (rad), at most this fast at both ends (rad/s)."""
 SIMULATED_STATE_RESIDUAL = 1e-10
 """Closure residual (rad, or gap over size) up to which loops count as closed at states."""
+
+
+@lean
+def _opening_between(tree: BodyTree, course: Reals, angles: Reals, work: Work) -> float:
+    """Return the greatest closure residual at `RESIDUAL_SAMPLE_SHARES` of a step; angles : scratch, (n,)."""
+    largest = 0.0
+    for share in RESIDUAL_SAMPLE_SHARES:
+        write_course_angles(course, share, angles)
+        place_bodies(tree, angles, work)
+        largest = max(largest, weld_errors(tree, work, work.errors))
+    return largest
 
 
 @compiled
@@ -209,10 +222,7 @@ def largest_opening(tree: BodyTree, states: StateSeries, cubic: bool, work: Work
         h = times[k + 1] - times[k] if k + 1 < len(times) else 0.0
         if h > 0.0:
             write_course(h, cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
-            for share in RESIDUAL_SAMPLE_SHARES:
-                write_course_angles(course, share, angles)
-                place_bodies(tree, angles, work)
-                largest = max(largest, weld_errors(tree, work, work.errors))
+            largest = max(largest, _opening_between(tree, course, angles, work))
     return largest
 
 
@@ -232,16 +242,57 @@ def open_state_share(tree: BodyTree, q: Reals, work: Work) -> float:
 
 
 @compiled
+def _with_cubic_steps(tree: BodyTree, states: StateSeries, closed: float, work: Work) -> StateSeries:
+    """Return a motion with states repeated at both ends of steps that cubics describe better.
+
+    Near singular states accelerations may be unbounded while hardly anything moves, and a quintic through them leaves
+    the closed states by far. The repeated states have the accelerations with which the quintic is the cubic through
+    angles and rates.
+    """
+    times, q, v, a = states
+    count, n = len(times), q.shape[1]
+    course, angles = np.empty((n, COURSE_TERM_COUNT)), np.empty(n)
+    cubic = np.zeros(count, np.bool_)
+    for k in range(count - 1):
+        h = times[k + 1] - times[k]
+        if h <= 0.0:
+            continue
+        write_course(h, False, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
+        opening = _opening_between(tree, course, angles, work)
+        if opening > closed:
+            write_course(h, True, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
+            cubic[k] = _opening_between(tree, course, angles, work) < SMOOTH_STEP_SHARE * opening
+    rows = count + 2 * cubic.sum()
+    if rows == count:
+        return states
+    states = (np.empty(rows), np.empty((rows, n)), np.empty((rows, n)), np.empty((rows, n)))
+    row = 0
+    for k in range(count):
+        states[0][row], states[1][row], states[2][row], states[3][row] = times[k], q[k], v[k], a[k]
+        row += 1
+        if cubic[k]:
+            h = times[k + 1] - times[k]
+            write_course(h, True, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
+            for end in range(2):
+                states[0][row], states[1][row], states[2][row] = times[k + end], q[k + end], v[k + end]
+                states[3][row] = (2.0 * course[:, 2] + 6.0 * end * course[:, 3]) / (h * h)
+                row += 1
+    return states
+
+
+@compiled
 def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, work: Work) -> StateSeries:
     """Return a motion with closed states inserted in the middle of steps whose loops open by more than `closed`.
 
-    The new states are the projections of the polynomials onto closed loops, where Newton's method converges; the halves
-    are refined in the same way, up to `MAX_REFINEMENT_PASSES` times.
+    Steps that cubics describe better are described by these first. The new states are the projections of the
+    polynomials onto closed loops, where Newton's method converges; the halves are refined in the same way, up to
+    `MAX_REFINEMENT_PASSES` times.
     """
     tree, n = mechanism.tree, states[1].shape[1]
     slides = np.zeros(len(mechanism.hinges.friction), np.int8)
     hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8), slides)
     course, scale = np.empty((n, COURSE_TERM_COUNT)), largest_pivot(mechanism, states[1][0], work)
+    states = _with_cubic_steps(tree, states, closed, work)
     for _ in range(MAX_REFINEMENT_PASSES):
         times, q, v, a = states
         count = len(times)

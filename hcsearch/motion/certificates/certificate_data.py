@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 from collections.abc import Sequence
 from contextlib import suppress
@@ -15,7 +13,9 @@ import numpy as np
 from hcsearch.basics.array_values import Flags, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.certificates import path_checker
-from hcsearch.motion.certificates.path_checker import Array, NotProvedError
+from hcsearch.motion.certificates.certificate_grammar import FORMAT, MAX_WHOLE, VERSION, NotProvedError, checksum
+from hcsearch.motion.certificates.path_checker import Array
+from hcsearch.motion.certificates.polynomials import shifted
 from hcsearch.motion.collision.shrunk_plates import plates_of
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE
 from hcsearch.motion.locks.enclosures import Enclosure
@@ -134,19 +134,14 @@ class _Refinement:
 
     def _part(self, step: int, low: float, high: float) -> Reals:
         """The cubics of a span, in the variable that is -1 and 1 at its ends."""
-        part: Reals = path_checker.shifted(self.cubics[step], 0.5 * (low + high), 0.5 * (high - low))
+        part: Reals = shifted(self.cubics[step], 0.5 * (low + high), 0.5 * (high - low))
         return part
-
-
-CERTIFICATE_FORMAT, CERTIFICATE_VERSION = "hcsearch certificate", 1
-LATTICE_NUMBER_LIMIT = 1_000_000
-"""The checkers take whole coordinates below this."""
 
 
 def array_data(linkage: Linkage) -> dict[str, Any]:
     """Return the panels and hinges of a linkage in integer coordinates of its lattice (`lattice.lattice_frame_of`).
 
-    HcsearchError where some point is off the lattice, or where the coordinates are not below `LATTICE_NUMBER_LIMIT`.
+    HcsearchError where some point is off the lattice, or where the coordinates are not below `MAX_WHOLE`.
     """
     frame, pattern = lattice_frame_of(linkage), linkage.pattern
     facets = [] if frame is None else [frame.points(np.array(facet)) for facet in pattern.facets]
@@ -156,9 +151,9 @@ def array_data(linkage: Linkage) -> dict[str, Any]:
             "certificates hold whole numbers, on the lattice of a tiling, and this pattern is on none: see what "
             "hcsearch check says of it"
         )
-    if max(frame.steps[2], *(abs(x) for facet in lattice for point in facet for x in point)) >= LATTICE_NUMBER_LIMIT:
+    if max(frame.steps[2], *(abs(x) for facet in lattice for point in facet for x in point)) >= MAX_WHOLE:
         raise HcsearchError(
-            f"certificates hold whole numbers below {LATTICE_NUMBER_LIMIT:,}, and the thickness of "
+            f"certificates hold whole numbers below {MAX_WHOLE:,}, and the thickness of "
             f"{1e3 * pattern.thickness:.6g} mm is no simple part of the lattice: give --panel LENGTHxTHICKNESS in "
             "whole mm, or state frame_unit and hcsearch:thickness in the file"
         )
@@ -204,7 +199,7 @@ def lock_claim(linkage: Linkage, enclosure: Enclosure) -> dict[str, Any]:
 def path_claim(linkage: Linkage, tubes: Sequence[Tube], margin: float) -> dict[str, Any]:
     """Return the claim that a path leads from packed to flat with a margin (m), with its stretches.
 
-    `path_checker.NotProvedError` where the checker does not prove a stretch.
+    NotProvedError where the checker does not prove a stretch.
     """
     data = array_data(linkage)
     array = Array(data)
@@ -221,11 +216,6 @@ def certificate(claims: Sequence[dict[str, Any]], of: str, panel_mm: str | None)
 
     of : the notation of the folding, or the name of the pattern. panel_mm : None for a pattern.
     """
-    kind = {"format": CERTIFICATE_FORMAT, "version": CERTIFICATE_VERSION}
+    kind = {"format": FORMAT, "version": VERSION}
     data: dict[str, Any] = {**kind, "of": of, "panel_mm": panel_mm, "claims": list(claims)}
     return {**data, "sha256": checksum(data)}
-
-
-def checksum(data: dict[str, Any]) -> str:
-    """SHA-256 of the data as JSON without spaces, with sorted keys."""
-    return hashlib.sha256(json.dumps(data, sort_keys=True, separators=(",", ":")).encode()).hexdigest()

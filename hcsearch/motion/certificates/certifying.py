@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
@@ -10,20 +9,22 @@ from typing import Any
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.basics.errors import HcsearchError, InputFileError
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import WAYS, Way, counted
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize, panel_text, read_panel
 from hcsearch.designs.twisting import twist
 from hcsearch.motion.certificates import collision_checker, lock_checker, path_checker
-from hcsearch.motion.certificates.certificate_data import (
-    CERTIFICATE_FORMAT,
-    CERTIFICATE_VERSION,
-    array_data,
-    certificate,
-    checksum,
-    lock_claim,
-    path_claim,
+from hcsearch.motion.certificates.certificate_data import array_data, certificate, lock_claim, path_claim
+from hcsearch.motion.certificates.certificate_grammar import (
+    MAX_BYTES,
+    ArrayData,
+    Clock,
+    NoCertificateError,
+    NotProvedError,
+    claims_of,
+    parsed,
+    printable,
 )
 from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.motion.locks.lattice import whole_end
@@ -35,12 +36,10 @@ from hcsearch.motion.planning.schedule import LOOSE_SEARCH_ROUNDS
 from hcsearch.motion.planning.stretches import SAME_STATE_DISTANCE
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import components, sides_of
-from hcsearch.system.reading import read_text_file
+from hcsearch.system.reading import read_binary_file
 
 DEFAULT_PROOF_BUDGET = 5
 """The default budget of the search for a proof."""
-MAX_CERTIFICATE_BYTES = 256 * 2**20
-"""Greatest size of a certificate that is read; those of small lists have up to a megabyte."""
 MAX_PATH_SEEDS = 12
 """Number of paths that are tried until the checker proves one: some come closer to singular states than others."""
 ProofProgress = Callable[[int, int, str], None]
@@ -48,11 +47,14 @@ CheckedClaim = tuple[dict[str, Any], str]
 """A claim, and its checker's statement of the proved fact."""
 CLAIM_CHECKERS = {"path": path_checker.checked, "lock": lock_checker.checked, "collision": collision_checker.checked}
 """The checkers, by kind of claim."""
-REFUSAL_ERRORS = (path_checker.NotProvedError, lock_checker.NotProvedError)
 
 
 class CertificateError(HcsearchError):
-    """A certificate does not prove what it claims."""
+    """The data are no certificate, or it does not prove what it claims."""
+
+
+class UnprovedCertificateError(CertificateError):
+    """A certificate does not prove what it claims, or not in the given time."""
 
 
 def prove_folding(
@@ -160,7 +162,7 @@ def _locks(linkages: Mapping[Way, Linkage], motion: PlannedMotion, name: str) ->
     claims = [{**lock_claim(linkages[way], known[way]), "pairs": way} for way in ways]
     try:
         return [(claim, CLAIM_CHECKERS[claim["kind"]](claim)) for claim in claims]
-    except lock_checker.NotProvedError as refused:
+    except NotProvedError as refused:
         raise HcsearchError(
             f"the checker does not confirm the lock of {name}: {refused}; give other panels"
         ) from refused
@@ -178,7 +180,7 @@ def _path(linkages: Mapping[Way, Linkage], motion: PlannedMotion, margin: float 
         try:
             claim = path_claim(linkage, prover.tubes(states, [proof.margin])[0], proof.margin)
             return {**claim, "pairs": motion.way}, path_checker.checked(claim)
-        except path_checker.NotProvedError as refused:
+        except NotProvedError as refused:
             refusal = str(refused)
     raise HcsearchError(f"the checker confirms no path of {name}: {refusal}; give other panels")
 
@@ -195,66 +197,55 @@ def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Itera
 
 
 def read_certificate(path: str) -> Any:
-    """Read the data of a certificate; InputFileError as of `read_text_file`, and for a file that is not JSON."""
-    text = read_text_file(path, "the certificate", max_bytes=MAX_CERTIFICATE_BYTES)
+    """Read the data of a certificate; InputFileError as of `read_binary_file`, CertificateError if they are no JSON."""
     try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputFileError(f"{path} is no certificate, which is JSON: {error}; write it by hcsearch prove") from None
+        return parsed(read_binary_file(path, "the certificate", max_bytes=MAX_BYTES))
+    except NoCertificateError as refused:
+        raise CertificateError(f"{refused}; write it by hcsearch prove") from None
 
 
-def verify_certificate(data: Any) -> list[str]:
+def verify_certificate(data: Any, seconds: float = math.inf) -> list[str]:
     """Verify the claims of a certificate; return the proved facts as sentences.
 
-    CertificateError where a claim is not proved, or where there are none.
+    seconds : the time after which it is not decided. CertificateError for data that are no certificate;
+    UnprovedCertificateError where a claim is not proved.
     """
-    kind = (CERTIFICATE_FORMAT, CERTIFICATE_VERSION)
-    if not isinstance(data, dict) or (data.get("format"), data.get("version")) != kind:
-        raise CertificateError(f"it is no {CERTIFICATE_FORMAT} of version {CERTIFICATE_VERSION}")
-    if data.get("sha256") != checksum({key: data[key] for key in data if key != "sha256"}):
-        raise CertificateError("the checksum is another: the file was changed")
-    claims = data.get("claims")
-    if not isinstance(claims, list) or not claims:
-        raise CertificateError("it claims nothing")
-    return [_verified(data, claim) for claim in claims]
+    clock = Clock(seconds)
+    try:
+        return [_verified(data, claim, clock) for claim in claims_of(data)]
+    except NoCertificateError as refused:
+        raise CertificateError(str(refused)) from refused
+    except NotProvedError as refused:
+        raise UnprovedCertificateError(str(refused)) from refused
 
 
-def _verified(data: Mapping[str, Any], claim: Any) -> str:
+def _verified(data: Mapping[str, Any], claim: Any, clock: Clock) -> str:
     """Check that a claim is of the named array, and prove it; return it as a sentence.
 
     The array of a pattern is that which the certificate holds, as its file is not at hand.
     """
-    if data.get("panel_mm", "") is None:
-        return _verified_pattern(data, claim)
-    try:
-        folding, panel, array = Folding.from_notation(data["of"]), data["panel_mm"], claim["array"]
-        way = WAYS[WAYS.index(claim["pairs"])]
-        named = array_data(folding.linkage(read_panel(panel), flat_pairs=way))
-        check = CLAIM_CHECKERS[claim["kind"]]
-    except (HcsearchError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise CertificateError(f"it names no folding, panel or claim ({error})") from error
-    if array != named:
-        raise CertificateError(f"its array is not that of {data['of']} with {way} flat pairs and panels of {panel} mm")
-    try:
-        return _sentence(data, claim, check(claim))
-    except REFUSAL_ERRORS as refused:
-        raise CertificateError(str(refused)) from refused
-
-
-def _verified_pattern(data: Mapping[str, Any], claim: Any) -> str:
-    """Prove a claim on a pattern; return it as a sentence."""
-    if not isinstance(data.get("of"), str):
-        raise CertificateError("it names no pattern: its key of holds no text")
-    try:
-        proved = CLAIM_CHECKERS[claim["kind"]](claim)
-        for number, panel in enumerate(claim["array"]["panels"]):
-            if not _is_joined([claim["array"]["facets"][facet] for facet in panel]):
+    array = ArrayData(claim.get("array"))
+    if data["panel_mm"] is None:
+        for number, panel in enumerate(array.panels):
+            if not _is_joined([array.facets[facet] for facet in panel]):
                 raise CertificateError(f"panel {number} is in several parts: its facets are not joined by sides")
-        return _sentence(data, claim, proved)
-    except (KeyError, TypeError, AttributeError) as error:
-        raise CertificateError(f"it names no pattern or claim ({error})") from error
-    except REFUSAL_ERRORS as refused:
-        raise CertificateError(str(refused)) from refused
+    else:
+        _check_named(data, claim)
+    return _sentence(data, claim, CLAIM_CHECKERS[claim["kind"]](claim, clock))
+
+
+def _check_named(data: Mapping[str, Any], claim: Mapping[str, Any]) -> None:
+    """Check that the array of a claim is that of the named folding, with the named panels and joining of flat pairs."""
+    name, panel, way = (printable(part) for part in (data["of"], data["panel_mm"], claim.get("pairs")))
+    try:
+        folding, size = Folding.from_notation(name), read_panel(panel)
+        named = array_data(folding.linkage(size, flat_pairs=WAYS[WAYS.index(way)]))
+    except (HcsearchError, ValueError) as error:
+        raise CertificateError(f"it names no folding, panel or joining of flat pairs ({error})") from error
+    if claim["array"] != named:
+        raise UnprovedCertificateError(
+            f"its array is not that of {name} with {way} flat pairs and panels of {panel} mm"
+        )
 
 
 def _is_joined(facets: Sequence[Sequence[Sequence[int]]]) -> bool:
@@ -271,4 +262,4 @@ def _sentence(data: Mapping[str, Any], claim: Mapping[str, Any], proved: str) ->
         panels, hinges = (len(claim["array"][key]) for key in ("panels", "hinges"))
         size = f"{counted(panels, 'panel')} and {counted(hinges, 'hinge')}"
         return f"the pattern of {size} in the certificate, named {data['of']!r}: {proved}"
-    return f"{data['of']}, {claim['pairs']} flat pairs, panels of {data['panel_mm']} mm: {proved}"
+    return f"{printable(data['of'])}, {claim['pairs']} flat pairs, panels of {printable(data['panel_mm'])} mm: {proved}"

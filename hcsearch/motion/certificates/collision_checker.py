@@ -2,26 +2,51 @@
 
 Such a lock states that no motion with closed loops, hinges between their stops, and facets that do not overlap where
 each is shrunk by a margin, leaves a set of boxes of fold angles. Faces are proved to hold no closed state without an
-overlap: a segment of one facet pierces another one at all closed states of a box. This file needs NumPy and the
-arithmetic of `lock_checker` alone. Theory: docs/explanation/certificates.md.
+overlap: a segment of one facet pierces another one at all closed states of a box. This file needs NumPy, and the files
+that `lock_checker` needs. Numbers in brackets are those of docs/explanation/certificates.md.
 """
 
-import sys
 from copy import copy
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 if __package__:
+    from hcsearch.motion.certificates import balls
     from hcsearch.motion.certificates import lock_checker as locks
-else:  # a program by itself, in a folder with the other one
+    from hcsearch.motion.certificates.certificate_grammar import (
+        Clock,
+        NotProvedError,
+        formed,
+        fraction,
+        judged,
+        main,
+        need,
+        rows,
+        whole,
+    )
+else:  # a program by itself, in a folder with the other ones
+    import balls  # type: ignore[import-not-found, no-redef]
     import lock_checker as locks  # type: ignore[import-not-found, no-redef]
+    from certificate_grammar import (  # type: ignore[import-not-found, no-redef]
+        Clock,
+        NotProvedError,
+        formed,
+        fraction,
+        judged,
+        main,
+        need,
+        rows,
+        whole,
+    )
 
+__all__ = ["NotProvedError", "checked"]
 Reals = np.ndarray[Any, np.dtype[np.float64]]
 Form = tuple[Reals, Reals, Reals]  # value, slopes and error: value + slopes . d + error for offsets d in boxes
+EPS, up = balls.EPS, balls.up
 TRIES, TOUCH = 3, 1e-5  # piercings that are tried in a box; panels that are pierced less are taken to be clear
-NotProvedError, need = locks.NotProvedError, locks.need
+PAIRS, CORNERS, SLACK = 10_000, 12, 1e-11  # limits of the format; what facets are shrunk by, beyond the margin
+UP, SIDE = np.array([0.0, 0.0, 1.0]), 4.0  # no angle of a box is further from its middle
 
 
 class Pair:
@@ -33,6 +58,7 @@ class Pair:
         ring, n = shrunk(two, margin)[2], len(two)
         flat = np.concatenate([ring, 0.5 * (ring + ring.mean(0)), ring.mean(0)[None]])
         self.samples = np.concatenate([np.insert(flat, 2, z, 1) for z in (self.low, self.high)])
+        self.points = balls.exact(self.samples)
         corners = [*range(n), *range(2 * n + 1, 3 * n + 1)]
         upright = [(k, k + 2 * n + 1) for k in range(2 * n + 1)]
         self.segments = np.array(upright + [(i, j) for i in corners for j in corners if i < j != i + 2 * n + 1]).T
@@ -43,7 +69,7 @@ class Pair:
         by = np.argmin([radii[:, way.hinges].sum(1) for way in self.ways], 0)
         x = np.zeros((len(middles), *self.samples.shape))
         for k, way in enumerate(self.ways):
-            x[by == k] = way.seen(self.samples, middles[by == k])[2]
+            x[by == k] = way.seen(self.points, middles[by == k])[2].mid[..., 0]
         ends = x[:, self.segments]
         z = ends[..., 2]
         height = np.clip(0.5 * z.sum(1), self.low, self.high)
@@ -59,52 +85,56 @@ class Pair:
         return depth[count, best], by, pick, height[count, best]
 
     def least(self, way: Any, ends: Any, height: Reals, closure: Any) -> tuple[Reals, Reals]:
-        """Return the least depth of piercings at closed states of boxes, and the contribution of each angle to it."""
-        axes, places, x = way.seen(self.samples, closure.middles)
-        upper, lower = (x[np.arange(len(x)), own] for own in ends.T)
+        """Return the least depth of piercings at closed states of boxes, and what each angle contributes to it [13]."""
+        axes, places, points = way.seen(self.points, closure.middles)
+        upper, lower = (points[np.arange(len(ends)), own] for own in ends.T)
         along = upper - lower
-        crossing = upper - ((upper[:, 2] - height) / along[:, 2])[:, None] * along
-        up = np.tile([0.0, 0.0, 1.0], (len(x), 1))
-        top, bottom, middle, step = (
-            Traced(way, axes, places, place, point, closure)
-            for place, point in ((upper, 1), (lower, 1), (crossing, 1), (along, 0))
-        )
-        tests = [top(up, upper[:, 2] - height), bottom(-up, height - lower[:, 2])]
-        rise, level = step(up, along[:, 2]), middle(up, crossing[:, 2] - height)
+        share = (upper.mid[:, 2, 0] - height) / along.mid[:, 2, 0]
+        crossing = upper - along * share
+        top, bottom, middle = (Traced(way, axes, places, point, True, closure) for point in (upper, lower, crossing))
+        step = Traced(way, axes, places, along, False, closure)
+        tests = [top(UP, -height), bottom(-UP, height)]
+        rise, level = step(UP), middle(UP, -height)
         for normal, far in zip(self.normals, self.far, strict=True):
-            out = np.tile([*normal, 0.0], (len(x), 1))
-            inside = middle(-out, far - crossing[:, :2] @ normal)
-            lean = step(out, along[:, :2] @ normal)
+            out = np.array([*normal, 0.0])
+            inside, lean = middle(-out, far), step(out)
             tests.append(plus(times(rise, inside, closure.radii), times(level, lean, closure.radii)))
         lows, shares = zip(*(least(closure, *test) for test in tests), strict=True)
         worst = np.argmin(lows, 0)
-        return np.min(lows, 0), np.array(shares)[worst, np.arange(len(x))]
+        return np.min(lows, 0), np.array(shares)[worst, np.arange(len(ends))]
 
 
 class Traced:
-    """The position of a point (point: 1), or of a vector between two (0), along normals in boxes, as forms."""
+    """The position of a point, or of a vector between two (`fixed` false), along normals in boxes, as forms [13]."""
 
-    def __init__(self, way: Any, axes: Reals, places: Reals, place: Reals, point: int, boxes: Any) -> None:
+    def __init__(self, way: Any, axes: Any, places: Any, place: Any, fixed: bool, boxes: Any) -> None:
         e, (p, q) = boxes.radii[:, way.hinges], way.pairs
-        self.hinges, self.n = way.hinges, boxes.radii.shape[1]
-        self.levers = np.cross(axes, place[:, None] - point * places)
-        self.bends = np.cross(axes[:, p], self.levers[:, q]) * (e[:, p] * e[:, q])[..., None]
-        self.squares = np.cross(axes, self.levers) * 0.25 * (e**2)[..., None]
-        reach, total = np.linalg.norm(self.levers, axis=2), e.sum(1)
-        far = 1.0 + np.linalg.norm(place, axis=1) + reach.max(1) + way.far
-        rest = way.rests(np.ones(e.shape, bool), e, reach)[1]
-        self.rest = rest + locks.ROUNDING * (e.shape[1] + 1) * far**2 * (1.0 + total + total**2)
+        self.hinges, self.n, self.place, cross = way.hinges, boxes.radii.shape[1], place, balls.crossed(axes)
+        self.levers = cross @ (place[:, None] - places if fixed else place[:, None])
+        self.bends = cross[:, p] @ self.levers[:, q] * (e[:, p] * e[:, q])
+        self.squares = cross @ self.levers * (0.25 * e**2)
+        steps, columns = len(way.hinges) ** 2 + 20, (self.bends, self.squares)
+        held = place.rad + (e * self.levers.rad).sum(1) + sum(column.rad.sum(1) for column in columns)
+        size = place.bound + (e * self.levers.bound).sum(1) + sum(column.bound.sum(1) for column in columns)
+        third = way.rests(np.ones(e.shape, bool), e, self.levers.length)[1]
+        self.rest, self.steps = up(third + 2.0 * held + 4 * steps * EPS * size, steps), steps
 
-    def __call__(self, normal: Reals, value: Reals) -> Form:
-        """Return the form of the position along a normal, (count, 3), with its value at middles of boxes."""
-        slopes, square = np.zeros((len(value), self.n)), (self.squares @ normal[..., None])[..., 0]
-        slopes[:, self.hinges] = (self.levers @ normal[..., None])[..., 0]
-        error = np.abs(self.bends @ normal[..., None]).sum((1, 2)) + np.abs(square).sum(1)
-        return value + square.sum(1), slopes, error + self.rest
+    def __call__(self, normal: Reals, offset: Any = 0.0) -> Form:
+        """Return the form of the position along a normal (3), whose length is 1, more than an offset in boxes."""
+        value, slope, bend, square = (
+            (part.mid[..., 0] @ normal) for part in (self.place, self.levers, self.bends, self.squares)
+        )
+        slopes = np.zeros((len(value), self.n))
+        slopes[:, self.hinges] = slope
+        value, error = value + square.sum(1) + offset, np.abs(bend).sum(1) + np.abs(square).sum(1)
+        return value, slopes, up(error + self.rest + 2 * EPS * (np.abs(value) + np.abs(offset)), self.steps)
 
 
 def shrunk(corners: Reals, margin: float) -> tuple[Reals, Reals, Reals]:
-    """Return outward normals of an outline, the distances of its sides along these less a margin, and its corners."""
+    """Return outward normals of an outline, the distances of its sides along these less a margin, and its corners.
+
+    The corners are within these distances and 1e-12, whatever rounding did to them.
+    """
     along = np.roll(corners, -1, 0) - corners
     normals = np.stack([along[:, 1], -along[:, 0]], 1) / np.linalg.norm(along, axis=1)[:, None]
     far = (normals * corners).sum(1) - margin
@@ -116,23 +146,24 @@ def shrunk(corners: Reals, margin: float) -> tuple[Reals, Reals, Reals]:
 
 def plus(one: Form, two: Form) -> Form:
     """The sum of two forms."""
-    return one[0] + two[0], one[1] + two[1], one[2] + two[2]
+    value, slopes, errors = (a + b for a, b in zip(one, two, strict=True))
+    return value, slopes, up(errors + 2 * EPS * (np.abs(value) + SIDE * np.abs(slopes).sum(1)), slopes.shape[1] + 5)
 
 
 def times(one: Form, two: Form, radii: Reals) -> Form:
     """The product of two forms."""
-    (a, slope, error), (b, bend, rest) = one, two
-    s, t = (np.abs(slopes) * radii for slopes in (slope, bend))
-    s, t = s.sum(1), t.sum(1)
+    (a, slope, error), (b, bend, rest), n = one, two, radii.shape[1]
+    s, t = (up((np.abs(slopes) * radii).sum(1), n) for slopes in (slope, bend))
     unknown = s * t + error * (np.abs(b) + t + rest) + rest * (np.abs(a) + s)
     slopes = a[:, None] * bend + b[:, None] * slope
-    return a * b, slopes, unknown * (1 + 1e-12) + locks.ROUNDING * (np.abs(a) + s) * (np.abs(b) + t)
+    return a * b, slopes, up(unknown + 4 * EPS * (np.abs(a) + s) * (np.abs(b) + t), 9)
 
 
 def part(closure: Any, some: Any) -> Any:
     """The closure equations of a subset of the boxes."""
     own = copy(closure)
-    own.__dict__.update({name: value[some] for name, value in vars(closure).items() if name != "owners"})
+    arrays = {name for name, value in vars(closure).items() if isinstance(value, np.ndarray)} - {"owners"}
+    own.__dict__.update({name: vars(closure)[name][some] for name in arrays})
     return own
 
 
@@ -141,21 +172,23 @@ def least(closure: Any, value: Reals, slopes: Reals, error: Reals) -> tuple[Real
 
     A combination of the closure equations, which is 0 there, is added.
     """
-    moves = np.abs(slopes) * closure.radii
+    moves, steps = np.abs(slopes) * closure.radii, closure.radii.shape[1] + 9
     alone, sizes = value - error - moves.sum(1), np.abs(value) + error + moves.sum(1)
     scaled = (closure.slopes * closure.radii[:, None]) @ (slopes * closure.radii)[..., None]
     added, slope, bent, unknown, _ = closure.combined(-np.swapaxes(np.linalg.solve(closure.gram, scaled), 1, 2))
     moves = np.abs(slopes + slope[:, 0]) * closure.radii
     low = value + added[:, 0] - error - unknown[:, 0] - moves.sum(1)
     sizes += np.abs(added[:, 0]) + unknown[:, 0] + moves.sum(1)
-    return np.fmax(alone, low) - locks.ROUNDING * sizes, moves + bent[:, 0] @ closure.owners
+    return np.fmax(alone, low) - 2 * steps * EPS * sizes, moves + bent[:, 0] @ closure.owners
 
 
-def overlaps(pairs: list[Pair], closure: Any) -> tuple[Any, Reals]:
+def overlaps(pairs: list[Pair], closure: Any, clock: Clock) -> tuple[Any, Reals]:
     """Return which boxes are proved to hold no closed state without overlap; for others, the angles' contributions."""
     count = np.arange(len(closure.radii))
-    proved, shares = np.zeros(len(count), bool), np.zeros_like(closure.radii)
-    found = [pair.pierced(closure.middles, closure.radii) for pair in pairs]
+    proved, shares, found = np.zeros(len(count), bool), np.zeros_like(closure.radii), []
+    for pair in pairs:
+        clock.check()
+        found.append(pair.pierced(closure.middles, closure.radii))
     depths = np.array([own[0] for own in found])
     for tries in range(TRIES):
         best, waiting = depths.argmax(0), ~proved & (depths.max(0) > TOUCH)
@@ -163,6 +196,7 @@ def overlaps(pairs: list[Pair], closure: Any) -> tuple[Any, Reals]:
             for number, way in enumerate(pair.ways):
                 mine = np.flatnonzero(waiting & (best == k) & (by == number))
                 if len(mine):
+                    clock.check()
                     low, own = pair.least(way, ends[mine], height[mine], part(closure, mine))
                     proved[mine] = low > 0.0
                     if tries == 0:
@@ -171,34 +205,37 @@ def overlaps(pairs: list[Pair], closure: Any) -> tuple[Any, Reals]:
     return proved, shares
 
 
-def pairs_of(array: Any, numbers: Any, margin: str) -> list[Pair]:
+def pairs_of(array: Any, numbers: Any, margin: str, clock: Clock) -> list[Pair]:
     """Return the pairs of facets less a margin (m), each in both orders."""
-    share = float(Fraction(margin) / Fraction(array.unit)) / array.size * (1 + 1e-9) + 1e-12
-    need(0 < 2 * share < array.height, "panels are no thicker than twice the margin")
+    share = float(fraction(margin, "margin") / array.unit) / array.size * (1 + 1e-15) + SLACK
+    need(2 * share < array.height, "panels are no thicker than twice the margin")
+    formed(isinstance(numbers, list) and 0 < len(numbers) <= PAIRS, f"it has not from 1 to {PAIRS} pairs of facets")
+    named = rows(numbers, [2] * len(numbers), lambda k: whole(k, 0, len(array.facets) - 1, "a facet"), "pairs")
     pairs = []
-    for one, two in [own for a, b in numbers for own in ((a, b), (b, a))]:
+    for one, two in [own for a, b in named for own in ((a, b), (b, a))]:
+        clock.check()
         start, end = array.panel_of[one], array.panel_of[two]
-        need(start != end, "two facets are in one panel")
+        formed(start != end, "two facets are in one panel")
+        formed(max(len(array.facets[k]) for k in (one, two)) <= CORNERS, f"a facet has more than {CORNERS} corners")
         first = locks.ways_from(start, array.ends)[end]
         second = locks.ways_from(start, array.ends, {k for k, _ in first}).get(end)
         ways = [locks.Loop(way, array.places, array.axes) for way in (first, second) if way]
         pairs.append(Pair(array.facets[one], array.facets[two], array.height, share, ways))
-    need(pairs, "no facets are named that overlap")
     return pairs
 
 
-def check_collisions(claim: Any) -> str:
+def check_collisions(claim: Any, clock: Clock) -> str:
     """Check that no motion leaves a set of boxes without collisions; return the proved fact as a sentence."""
-    array, margin = locks.Array(claim["array"]), claim["margin"]
-    pairs = pairs_of(array, claim["pairs_of_facets"], margin)
-    proved = locks.check_lock(claim, array, lambda closure: overlaps(pairs, closure))
+    array, margin = locks.Array(claim.get("array")), claim.get("margin")
+    pairs = pairs_of(array, claim.get("pairs_of_facets"), margin, clock)
+    proved = locks.check_lock(claim, array, clock, lambda closure: overlaps(pairs, closure, clock))
     return f"{proved} without an overlap of facets that are shrunk by {margin} m"
 
 
-def checked(claim: Any) -> str:
+def checked(claim: Any, clock: Clock | None = None) -> str:
     """Return the proved claim as a sentence; refuse a claim that is not proved, or not of the documented form."""
-    return str(locks.checked(claim, check_collisions))
+    return judged(claim, clock, check_collisions)
 
 
 if __name__ == "__main__":
-    locks.main(sys.argv[1], "collision", checked) if len(sys.argv) == 2 else sys.exit(__doc__)
+    main("collision", checked, __doc__)

@@ -2,67 +2,84 @@
 
 A lock states that no motion with closed loops and hinges between their stops leaves a set of boxes of fold angles, in
 which the packed or the flat state lies and the other one does not. Every face by which the set could be left is proved
-here to hold no closed state, by branch and bound. This file needs NumPy alone and imports nothing of hcsearch. Bounds
-are widened by what rounding to doubles may add to them. Theory: docs/explanation/certificates.md.
+here to hold no closed state, by branch and bound. This file needs NumPy, `balls.py` and `certificate_grammar.py` beside
+it, and imports nothing else of hcsearch. Numbers in brackets are those of docs/explanation/certificates.md.
 """
 
-import json
-import sys
 from math import pi
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+if __package__:
+    from hcsearch.motion.certificates import balls
+    from hcsearch.motion.certificates.certificate_grammar import (
+        ArrayData,
+        Clock,
+        NotProvedError,
+        entry,
+        formed,
+        judged,
+        lists,
+        main,
+        need,
+        real,
+        whole,
+    )
+else:  # a program by itself, in a folder with the other ones
+    import balls  # type: ignore[import-not-found, no-redef]
+    from certificate_grammar import (  # type: ignore[import-not-found, no-redef]
+        ArrayData,
+        Clock,
+        NotProvedError,
+        entry,
+        formed,
+        judged,
+        lists,
+        main,
+        need,
+        real,
+        whole,
+    )
+
+__all__ = ["NotProvedError", "checked"]
 Reals = np.ndarray[Any, np.dtype[np.float64]]
-ROUNDING = 1e-14  # of an equation, for each hinge, over 1 and the greatest distance; times what it is multiplied by
-BATCH = 256
+EPS, up = balls.EPS, balls.up
+BATCH, CELLS, MOST_CELLS = 256, 2**18, 2**20  # boxes at once; entries of their expansions, and those of one box
+HINGES, BOXES, PARTS = 200, 100_000, 1_000_000  # limits of the format, and of the parts of faces
 FEWEST, FACTOR, MOST = 20_000, 6, 10**8  # boxes that are tried: so many, and times what is stated up to the last one
 NARROW = 1e-6  # a box that is no wider (rad) is not split
 SWEEPS, GAIN, WIDE = 3, 0.1, 0.2  # how often, and for which gain, a box is contracted again; sides that may be split
 
 
-class NotProvedError(Exception):
-    """The certificate does not prove what it claims."""
-
-
-def need(condition: Any, reason: str) -> None:
-    """Refuse the certificate unless a condition holds."""
-    if not condition:
-        raise NotProvedError(reason)
-
-
 class Array:
-    """Panels and hinges in the flat state; lengths over a size."""
+    """Panels and hinges in the flat state; lengths over a size, which is a power of 2."""
 
     def __init__(self, data: Any) -> None:
-        facets, root, height = [np.array(facet) for facet in data["facets"]], data["root"], data["thickness"]
-        whole = np.array([root, height, *(number for facet in facets for number in facet.flat)])
-        need(whole.dtype == int and np.abs(whole / 1e6).max() < 1 and min(root, height) > 0, "a length is not whole")
-        owned = sorted((facet, panel) for panel, own in enumerate(data["panels"]) for facet in own)
-        need([facet for facet, _ in owned] == list(range(len(facets))), "a facet is not in one panel")
-        self.panel_of, self.ends, points, ways = dict(owned), [], [], []
-        for hinge in data["hinges"]:
-            one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in (facets[k].tolist() for k in hinge["facets"]))
-            shared = [(p, q) for p, q in one if (q, p) in two]
-            need(len(shared) == 1 and hinge["face"] in ("top", "bottom"), "a hinge is no edge that two facets share")
-            (p, q), top = shared[0], hinge["face"] == "top"
-            self.ends.append([self.panel_of[facet] for facet in hinge["facets"]])
-            points.append([*p, height if top else 0])
-            ways.append(np.subtract([*p, 0], [*q, 0]) * (1 if top else -1))  # positive angles close the hinge's face
-        stretch = np.sqrt([root, 1.0, 1.0])
-        places, axes = np.array(points) * stretch, np.array(ways) * stretch
-        self.size = np.abs(places).max()
-        self.places, self.axes = places / self.size, axes / np.linalg.norm(axes, axis=1, keepdims=True)
-        self.facets = [facet * stretch[:2] / self.size for facet in facets]
-        self.height, self.unit = height / self.size, data["unit"]
+        own = ArrayData(data)
+        formed(0 < len(own.hinges) <= HINGES, f"a lock has not from 1 to {HINGES} hinges")
+        self.panel_of, self.ends = own.panel_of, [[hinge.one, hinge.two] for hinge in own.hinges]
+        points = np.array([[*hinge.p, own.height if hinge.top else 0] for hinge in own.hinges])
+        ways = np.array([np.subtract(hinge.p, hinge.q) * (1 if hinge.top else -1) for hinge in own.hinges])
+        largest = max(own.height, *(abs(x) for facet in own.facets for corner in facet for x in corner))
+        self.size = 2.0 ** largest.bit_length()  # no coordinate is above sqrt(root)
+        self.places = balls.lattice(points / self.size, own.root)
+        self.axes = balls.directions(balls.lattice(np.insert(ways, 2, 0, 1), own.root))  # they close the hinge's face
+        self.facets = [np.array(facet) * np.sqrt([float(own.root), 1.0]) / self.size for facet in own.facets]
+        self.height, self.unit = own.height / self.size, own.unit
+        self.packed = np.array([hinge.closes for hinge in own.hinges])
         way, self.loops = ways_from(0, self.ends), []
-        for k in set(range(len(self.ends))) - {k for steps in way.values() for k, _ in steps}:
+        formed(set(way) == set(self.panel_of), "the panels are not joined to one piece")
+        for k in sorted(set(range(len(self.ends))) - {k for steps in way.values() for k, _ in steps}):
             start, back = (way[panel] for panel in self.ends[k])
             same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
             steps = [*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))]
+            formed(len(steps) > 1, "a hinge joins a panel to itself")
             self.loops.append(Loop(steps, self.places, self.axes))
         need(self.loops, "no loop is closed by the hinges")
+        terms = len(self.ends) + sum(len(loop.hinges) * (len(loop.hinges) + 1) // 2 for loop in self.loops)
+        self.cells = 12 * len(self.loops) * terms
+        formed(self.cells <= MOST_CELLS, "the loops of a lock have too many hinges")
 
 
 def ways_from(start: int, ends: Any, without: Any = ()) -> dict[int, Any]:
@@ -80,77 +97,78 @@ def ways_from(start: int, ends: Any, without: Any = ()) -> dict[int, Any]:
 class Loop:
     """A loop, cut into two halves that lead from its first panel to the same one, and expanded to second order."""
 
-    def __init__(self, steps: Any, points: Reals, ways: Reals) -> None:
+    def __init__(self, steps: Any, points: Any, ways: Any) -> None:
         self.hinges = np.array([hinge for hinge, _ in steps])
-        self.ways = np.array([sense * ways[hinge] for hinge, sense in steps])
-        self.centre = points[self.hinges].mean(0)
-        self.points = points[self.hinges] - self.centre
+        self.ways = ways[self.hinges] * np.array([float(sense) for _, sense in steps])
+        self.centre = points.mid[self.hinges].mean(0)
+        self.points = points[self.hinges] - balls.exact(self.centre[:, 0])
         self.pairs = np.triu_indices(len(steps), 1)
-        self.cross = crossed(self.ways)
-        self.far = 1.0 + 2.0 * np.linalg.norm(self.points, axis=1).max() * 2.0
 
-    def halves(self, angles: Reals, cut: Any) -> tuple[Reals, Reals, list[tuple[Reals, Reals]]]:
-        """Return axes and places of all hinges in the frame of each half, and the pose at the end of each half."""
+    def walk(self, angles: Reals, back: bool) -> tuple[Any, Any, Any, Any]:
+        """Return axes and places of all hinges on a way, (count, n), and the poses before, between and behind them.
+
+        back : the way goes backwards, from the last hinge, so that the pose before hinge k is that with number k + 1.
+        """
         count, n = angles.shape
-        axes, places, ends = np.zeros((count, n, 3)), np.zeros((count, n, 3)), []
-        turns = self.cross * np.sin(angles)[..., None, None]
-        turns = turns + (self.cross @ self.cross) * (2.0 * np.sin(0.5 * angles) ** 2)[..., None, None] + np.eye(3)
-        for order, own in ((range(n), np.arange(n) < cut[:, None]), (range(n)[::-1], np.arange(n) >= cut[:, None])):
-            turn, shift = np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3))
-            for k in order:
-                mine = own[:, k]
-                way, place = turn @ self.ways[k], turn @ self.points[k] + shift
-                axes[mine, k], places[mine, k] = way[mine], place[mine]
-                step = turns[:, k] if order[0] == 0 else np.swapaxes(turns[:, k], 1, 2)
-                step = np.where(mine[:, None, None], step, np.eye(3))
-                shift = place - (turn @ step @ self.points[k])
-                turn = turn @ step
-            ends.append((turn, shift))
-        return axes, places, ends
+        turns = balls.rotations(self.ways, angles)
+        turns = turns.transposed if back else turns
+        turn = balls.Ball(np.tile(np.eye(3), (count, 1, 1)), np.zeros(count), np.ones(count))
+        shift = balls.exact(np.zeros((count, 3)))
+        axes, places, poses = [], [], [(turn, shift)]
+        for k in range(n)[::-1] if back else range(n):
+            axes.append(turn @ self.ways[k])
+            places.append(turn @ self.points[k] + shift)
+            turn = turn @ turns[:, k]
+            shift = places[-1] - turn @ self.points[k]
+            poses.append((turn, shift))
+        parts = (axes, places, *map(list, zip(*poses, strict=True)))
+        return tuple(balls.stacked(part[::-1] if back else part, 1) for part in parts)  # type: ignore[return-value]
 
     def expanded(self, middles: Reals, radii: Reals) -> tuple[Reals, ...]:
-        """Return values (count, 12), slopes (count, 12, n), squares and products times radii, and bounds."""
+        """Return values (count, 12), slopes (count, 12, n), squares and products times radii, and bounds [11]."""
         angles, e = middles[:, self.hinges], radii[:, self.hinges]
-        n, before = e.shape[1], np.cumsum(e, 1) - e
+        n, before, boxes = e.shape[1], np.cumsum(e, 1) - e, np.arange(len(e))
         cut = 1 + np.abs(2.0 * before[:, 1:] - e.sum(1, keepdims=True)).argmin(1)
         first = np.arange(n) < cut[:, None]
-        axes, places, ((turn, shift), (other, offset)) = self.halves(angles, cut)
-        middle = self.points[cut]
-        here, there = (turn @ middle[..., None])[..., 0] + shift, (other @ middle[..., None])[..., 0] + offset
-        between = other @ np.swapaxes(turn, 1, 2)
-        levers = np.cross(axes, np.where(first[..., None], here[:, None], there[:, None]) - places)
-        values = np.concatenate([(np.eye(3) - between).reshape(-1, 9), here - there], 1)
-        matrices = np.where(first[..., None, None], np.eye(3), between[:, None])
-        slopes = np.concatenate([(crossed(axes) @ matrices).reshape(len(e), n, 9), levers], 2)
-        p, q = self.pairs
-        a, b = axes[:, p], axes[:, q]
+        ahead, behind = self.walk(angles, back=False), self.walk(angles, back=True)
+        axes, places = (balls.chosen(first, *own) for own in zip(ahead[:2], behind[:2], strict=True))
+        (turn, shift), (other, offset) = ([own[boxes, cut] for own in way[2:]] for way in (ahead, behind))
+        here, there = turn @ self.points[cut] + shift, other @ self.points[cut] + offset
+        between, apart = other @ turn.transposed, here - there
+        target = balls.chosen(first, here[:, None], there[:, None])
+        cross = balls.crossed(axes)
+        levers = cross @ (target - places)
+        still = balls.Ball(np.eye(3), 0.0, 1.0)
+        beyond = balls.chosen(first, still, between[:, None])
+        steps, (p, q) = cross @ beyond, self.pairs
         # K_p K_q of the first half, and K_q K_p of the second one, which goes backwards, with the other sign
         front, back = first[:, q], ~first[:, p]
-        inner, outer = (a * b).sum(2)[..., None, None] * np.eye(3), a[..., :, None] * b[..., None, :]
-        bends = np.where(front[..., None, None], np.swapaxes(outer, 2, 3) - inner, (inner - outer) @ between[:, None])
-        moved = np.where(front[..., None], np.cross(a, levers[:, q]), -np.cross(b, levers[:, p]))
-        bends = np.concatenate([bends.reshape(*a.shape[:2], 9), moved], 2)
-        bends *= ((front | back) * e[:, p] * e[:, q])[..., None]
-        squares = (crossed(axes) @ crossed(axes) @ matrices).reshape(len(e), n, 9)
-        squares = np.concatenate([squares, np.cross(axes, levers)], 2)
-        squares *= (np.where(first, 0.25, -0.25) * e**2)[..., None]
-        values += squares.sum(1)  # the square of an angle lies between 0 and its greatest value
-        bends = np.concatenate([bends, squares], 1)
-        turned, shifted = self.rests(first, e, np.linalg.norm(levers, axis=2))
-        far = 1.0 + np.linalg.norm(levers, axis=2).max(1) + self.far
-        total = e.sum(1)
-        error = ROUNDING * n * far**2 * (1.0 + total + total**2)
-        return values, np.swapaxes(slopes, 1, 2), np.swapaxes(bends, 1, 2), turned, shifted, error
+        lead, sign = balls.chosen(front, cross[:, p], cross[:, q]), np.where(front, 1.0, -1.0)
+        bends, moved = (balls.chosen(front, x[:, q], x[:, p]) for x in (steps, levers))
+        weights = (front | back) * sign * e[:, p] * e[:, q]
+        bends, moved = lead @ bends * weights, lead @ moved * weights
+        weights = np.where(first, 0.25, -0.25) * e**2
+        squares, lifted = cross @ steps * weights, cross @ levers * weights
+        values = np.concatenate([(np.eye(3) - between.mid).reshape(-1, 9), apart.mid[..., 0]], 1)
+        slopes = np.concatenate([steps.mid.reshape(len(e), n, 9), levers.mid[..., 0]], 2)
+        turning = np.concatenate([bends.mid, squares.mid], 1).reshape(len(e), -1, 9)
+        bent = np.concatenate([turning, np.concatenate([moved.mid, lifted.mid], 1)[..., 0]], 2)
+        values += bent[:, -n:].sum(1)  # the square of an angle lies between 0 and its greatest value
+        turned, shifted = self.rests(first, e, levers.length)
+        errors = [  # of an entry, where squares count as what is added and as what is unknown
+            up(value.rad + (e * slope.rad).sum(1) + bend.rad.sum(1) + 2.0 * square.rad.sum(1), n * n + 9)
+            for value, slope, bend, square in ((between, steps, bends, squares), (apart, levers, moved, lifted))
+        ]
+        return values, np.swapaxes(slopes, 1, 2), np.swapaxes(bent, 1, 2), turned, shifted, *errors
 
-    def seen(self, points: Reals, middles: Reals) -> tuple[Reals, Reals, Reals]:
+    def seen(self, points: Any, middles: Reals) -> tuple[Any, Any, Any]:
         """Return axes and places of hinges, and points behind the last hinge, in the frame before the first one."""
-        angles = middles[:, self.hinges]
-        axes, places, ((turn, shift), _) = self.halves(angles, np.full(len(angles), angles.shape[1]))
-        seen = (points - self.centre) @ np.swapaxes(turn, 1, 2) + shift[:, None] + self.centre
-        return axes, places + self.centre, seen
+        axes, places, turns, shifts = self.walk(middles[:, self.hinges], back=False)
+        centre = balls.exact(self.centre[:, 0])
+        return axes, places + centre, turns[:, -1:] @ (points - centre) + shifts[:, -1:] + centre
 
     def rests(self, first: Any, e: Reals, reach: Reals) -> tuple[Reals, Reals]:
-        """Return bounds of the third orders: of the rotation, and of the place."""
+        """Return bounds of the third orders: of the rotation, and of the place; reach : lengths of levers."""
         turned = shifted = np.zeros(len(e))
         n = e.shape[1]
         for own, order in ((first, range(n)), (~first, range(n)[::-1])):
@@ -161,15 +179,9 @@ class Loop:
             total = np.zeros(len(e))
             for k in order:
                 new = total + wide[:, k]
-                cubes, total = cubes + far[:, k] * (new**3 - total**3), new
+                cubes, total = cubes + far[:, k] * wide[:, k] * (new**2 + new * total + total**2), new
             turned, shifted = turned + total**3 / 6, shifted + cubes / 6
-        return turned * (1 + 1e-12), shifted * (1 + 1e-12)
-
-
-def crossed(vectors: Reals) -> Reals:
-    """Return the matrices of cross products with vectors."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    return np.stack([0 * x, -z, y, z, 0 * x, -x, -y, x, 0 * x], -1).reshape(*x.shape, 3, 3)
+        return up(turned, 9 * n), up(shifted, 9 * n)
 
 
 class Equations:
@@ -182,71 +194,76 @@ class Equations:
         self.middles, self.radii = middles, radii
         for k, loop in enumerate(loops):
             own, one = slice(12 * k, 12 * k + 12), np.eye(n)[loop.hinges]
-            values, slopes, bend, turned, shifted, error = loop.expanded(middles, radii)
+            values, slopes, bend, *unknown = loop.expanded(middles, radii)
             self.values[:, own], self.slopes[:, own, loop.hinges] = values, slopes
             parts.append(np.pad(bend, ((0, 0), (12 * k, rows - 12 * k - 12), (0, 0))))
-            self.rests[:, own] = np.where(np.arange(12) < 9, np.sqrt(2.0) * turned[:, None], shifted[:, None])
-            self.errors[:, own] = error[:, None]
+            turned, shifted, turn_error, shift_error = (x[:, None] for x in unknown)
+            self.rests[:, own] = np.where(np.arange(12) < 9, up(np.sqrt(2.0) * turned, 2), shifted)
+            self.errors[:, own] = np.where(np.arange(12) < 9, turn_error, shift_error)
             owners += [one[loop.pairs[0]] + one[loop.pairs[1]], 2.0 * one]  # hinges of which a column is the product
         self.bends, self.owners = np.concatenate(parts, 2), np.concatenate(owners)
+        moves, bent = np.abs(self.slopes) @ radii[..., None], np.abs(self.bends).sum(2)
+        self.steps = rows + 2 * self.bends.shape[2] + n + 20  # operations of a combination, each with what is rounded
+        self.errors = up(self.errors + self.steps * EPS * (np.abs(self.values) + moves[..., 0] + bent), self.steps)
         columns = np.concatenate([self.slopes * radii[:, None], self.bends], 2)
         gram = columns @ np.swapaxes(columns, 1, 2) + np.eye(rows) * (self.rests**2)[:, None]
         self.gram = gram + np.eye(rows) * (1e-12 * np.trace(gram, axis1=1, axis2=2) + 1e-300)[:, None, None]
 
     def combined(self, mixes: Reals) -> tuple[Reals, ...]:
-        """Return values, slopes and bends of combinations, (count, m, rows), and their other unknown parts."""
+        """Return values, slopes and bends of combinations, (count, m, rows), and bounds of their unknown parts [12]."""
         value, slope = (mixes @ self.values[..., None])[..., 0], mixes @ self.slopes
         bent = np.abs(mixes @ self.bends)
         unknown = bent.sum(2) + (np.abs(mixes) @ self.errors[..., None])[..., 0]
         for k in range(0, mixes.shape[2], 12):  # the norm of a combination of the entries of one matrix, of one vector
             for part in (slice(k, k + 9), slice(k + 9, k + 12)):
-                unknown += np.linalg.norm(mixes[..., part], axis=2) * self.rests[:, None, part.start]
-        moves = np.abs(slope) * self.radii[:, None]
-        unknown += ROUNDING * (np.abs(value) + unknown + moves.sum(2))
-        return value, slope, bent, unknown, moves
+                unknown += balls.norms(mixes[..., part]) * self.rests[:, None, part.start]
+        return value, slope, bent, up(unknown, self.steps), up(np.abs(slope) * self.radii[:, None], 1)
 
 
 def centred(low: Reals, high: Reals) -> tuple[Reals, Reals]:
-    """Return middles and radii of boxes."""
+    """Return middles and radii of boxes; middles are rounded by less than 1e-15, as angles are below 4."""
     return 0.5 * (low + high), 0.5 * (high - low) * (1 + 1e-15) + 1e-15
 
 
 def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals, Any, Any]:
-    """Contract boxes onto their closed states; return them, which ones are not empty, and the sides to split."""
+    """Contract boxes onto their closed states; return them, which ones are not empty, and the sides to split [12]."""
     own = Equations(loops, *centred(low, high))
     right = np.concatenate([own.values[..., None], own.slopes], 2)
     mixes = np.swapaxes(np.linalg.solve(own.gram, right), 1, 2)
     mixes /= np.abs(mixes).max(2, keepdims=True) + 1e-300
     value, slope, bent, unknown, moves = own.combined(mixes)
-    left = ~(np.abs(value) > unknown + moves.sum(2)).any(1)
-    far = (unknown + moves.sum(2))[..., None] - moves
-    bounds = np.stack([(-value[..., None] - far) / slope, (-value[..., None] + far) / slope])
-    known = np.abs(slope) > 1e-9
-    least = np.where(known, bounds.min(0), -np.inf).max(1) + own.middles - 1e-14
-    most = np.where(known, bounds.max(0), np.inf).min(1) + own.middles + 1e-14
+    total, steps = up(unknown + moves.sum(2), low.shape[1] + 1), low.shape[1] + 4
+    left = ~(np.abs(value) > total).any(1)
+    far = total[..., None] * (1 + steps * EPS) - moves  # no less than what all but one hinge contribute
+    bounds = np.stack([-value[..., None] - far, -value[..., None] + far]) / slope
+    slack = 8 * EPS * (np.abs(bounds) + (np.abs(value) + total)[..., None] / np.abs(slope) + 4.0)
+    known, middles = np.abs(slope) > 1e-9, own.middles[:, None]
+    least = np.where(known, (bounds - slack).min(0) + middles, -np.inf).max(1)
+    most = np.where(known, (bounds + slack).max(0) + middles, np.inf).min(1)
     least, most = np.maximum(low, least), np.minimum(high, most)
     left &= ~(least > most).any(1)
     shares = moves[:, 0] + (bent[:, :1] @ own.owners)[:, 0]
     return least, most, left, shares
 
 
-def check_empty(loops: list[Loop], low: Reals, high: Reals, limit: int, overlap: Any) -> int:
+def check_empty(array: Array, low: Reals, high: Reals, limit: int, clock: Clock, overlap: Any) -> int:
     """Refuse faces, (count, n) each, not proved to be empty by so many boxes; return the number of boxes used.
 
     overlap : a function that proves overlaps of panels in boxes and names the sides to split others by; or None.
     """
-    swept, tried = np.zeros(len(low), int), 0
+    swept, tried, batch = np.zeros(len(low), int), 0, max(1, min(BATCH, CELLS // array.cells))
     while len(low):
-        below, above, sweeps = low[-BATCH:], high[-BATCH:], swept[-BATCH:]
-        low, high, swept = low[:-BATCH], high[:-BATCH], swept[:-BATCH]
+        clock.check()
+        below, above, sweeps = low[-batch:], high[-batch:], swept[-batch:]
+        low, high, swept = low[:-batch], high[:-batch], swept[:-batch]
         tried += len(below)
         need(tried <= limit, "a face of its boxes is not proved to hold no closed state")
-        least, most, left, shares = contracted(loops, below, above)
+        least, most, left, shares = contracted(array.loops, below, above)
         gain = 1.0 - (most - least).sum(1) / np.maximum((above - below).sum(1), 1e-300)
         again = left & (gain > GAIN) & (sweeps + 1 < SWEEPS)
         split = left & ~again
         if overlap and (own := np.flatnonzero(split)).size:
-            proved, hidden = overlap(Equations(loops, *centred(least[own], most[own])))
+            proved, hidden = overlap(Equations(array.loops, *centred(least[own], most[own])))
             split[own] = ~proved
             shares[own] = np.where(hidden.any(1, keepdims=True), hidden, shares[own])
         widths = np.where(left[:, None], most - least, 0.0)
@@ -263,9 +280,9 @@ def check_empty(loops: list[Loop], low: Reals, high: Reals, limit: int, overlap:
     return tried
 
 
-def faces_of(low: Any, high: Any, tops: Any) -> tuple[Any, Any]:
-    """Return the faces of boxes, (count, n) each in numbers of cuts, that no other box covers: lows and highs."""
-    below, above = [], []
+def faces_of(low: Any, high: Any, tops: Any, clock: Clock) -> tuple[Any, Any]:
+    """Return the faces of boxes, (count, n) each in numbers of cuts, that no other box covers [9]: lows and highs."""
+    below, above = list[Any](), list[Any]()
     n = low.shape[1]
     for h in range(n):
         for value, at in ((low[:, h], 0), (high[:, h], 1)):
@@ -277,7 +294,9 @@ def faces_of(low: Any, high: Any, tops: Any) -> tuple[Any, Any]:
                     parts = [(low[k, rest], high[k, rest])]
                     met = ((their_low < parts[0][1]) & (their_high > parts[0][0])).all(1)
                     for a, b in zip(their_low[met], their_high[met], strict=True):
+                        clock.check()
                         parts = [piece for part in parts for piece in outside(*part, a, b)]
+                        formed(len(below) + len(parts) <= PARTS, f"the faces of its boxes have more than {PARTS} parts")
                     for a, b in parts:
                         below.append(np.insert(a, h, level))
                         above.append(np.insert(b, h, level))
@@ -299,47 +318,53 @@ def outside(low: Any, high: Any, other_low: Any, other_high: Any) -> list[tuple[
     return parts
 
 
-def check_lock(claim: Any, array: Array, overlap: Any = None) -> str:
-    """Check that no motion leaves a set of boxes; return the proved fact as a sentence."""
-    end, hinges = claim["end"], claim["array"]["hinges"]
-    count = len(hinges)
-    cuts, low, high = [np.array(own, float) for own in claim["cuts"]], np.array(claim["lows"]), np.array(claim["highs"])
+def boxes_of(claim: Any, count: int) -> tuple[list[Reals], Any, Any]:
+    """Return the cuts of each hinge, from 0 to above pi, and the boxes of a claim as indices into them."""
+    cuts = [[real(cut, "a cut") for cut in own] for own in lists(claim, "cuts", count)]
+    ascending = (own[0] == 0.0 and pi < own[-1] < 3.2 and sorted(set(own)) == own for own in cuts if own)
+    formed(all(cuts) and all(ascending), "cuts do not ascend from 0 to above pi, and below 3.2")
+    tables, tops = [lists(claim, key) for key in ("lows", "highs")], [len(own) - 1 for own in cuts]
+    formed(0 < len(tables[0]) == len(tables[1]) <= BOXES, f"it has not from 1 to {BOXES} boxes")
+    formed(all(len(row) == count for table in tables for row in table), "a box has not a bound for each hinge")
+    low, high = (
+        np.array([[whole(x, 0, top, "a bound") for x, top in zip(row, tops, strict=True)] for row in table])
+        for table in tables
+    )
+    formed((low < high).all(), "a box is empty")
+    return [np.array(own) for own in cuts], low, high
+
+
+def check_lock(claim: Any, array: Array, clock: Clock, overlap: Any = None) -> str:
+    """Check that no motion leaves a set of boxes [9, 10]; return the proved fact as a sentence."""
+    cuts, low, high = boxes_of(claim, len(array.ends))
+    end, tried = entry(claim, "end", str), whole(claim.get("tried"), 0, 10**12, "tried")
+    formed(end in ("packed", "flat"), "its end is neither packed nor flat")
     tops = np.array([len(own) - 1 for own in cuts])
-    shapes = low.shape == high.shape == (len(low), count) == (len(low), len(cuts))
-    need(shapes and low.dtype == high.dtype == int, "a box is none")
-    need(all(own[0] == 0.0 and pi < own[-1] < 3.2 and (np.diff(own) > 0).all() for own in cuts), "cuts do not reach pi")
-    need((low >= 0).all() and (low < high).all() and (high <= tops).all(), "a box is none")
-    packed = np.array([{True: True, False: False}[hinge["closes"]] for hinge in hinges])
-    states = {"packed": packed, "flat": np.zeros_like(packed)}
-    holds = {name: (((low == 0) | at) & ((high == tops) | ~at)).all(1).any() for name, at in states.items()}
+    # As points: 0 is the first cut. No double is pi, so that it lies between the first cut above it and the one before.
+    above_pi = np.array([np.searchsorted(own, pi, "right") for own in cuts])
+    states = {"packed": array.packed, "flat": np.zeros_like(array.packed)}
+    holds = {
+        name: np.where(at, (low < above_pi) & (above_pi <= high), low == 0).all(1).any() for name, at in states.items()
+    }
     other = "flat" if end == "packed" else "packed"
     need(holds[end] and not holds[other], "the boxes do not hold the one end alone")
-    below, above = faces_of(low, high, tops)
+    below, above = faces_of(low, high, tops, clock)
     least, most = (np.stack([own[k] for own, k in zip(cuts, side.T, strict=True)], 1) for side in (below, above))
-    check_empty(array.loops, least, most, FEWEST + FACTOR * min(int(claim["tried"]), MOST), overlap)
+    check_empty(array, least, most, FEWEST + FACTOR * min(tried, MOST), clock, overlap)
     there = f"no motion leads from {end} to {other}"
     boxes = f"{len(low)} boxes" if len(low) > 1 else "one box"
     return f"{there}, or leaves {boxes} of fold angles: {len(below)} faces hold no closed state"
 
 
-def checked(claim: Any, check: Any = None) -> str:
+def check_kinematic_lock(claim: Any, clock: Clock) -> str:
+    """Check a lock by closure alone; return the proved fact as a sentence."""
+    return check_lock(claim, Array(claim.get("array")), clock)
+
+
+def checked(claim: Any, clock: Clock | None = None) -> str:
     """Return the proved claim as a sentence; refuse a claim that is not proved, or not of the documented form."""
-    try:
-        with np.errstate(all="ignore"):  # what overflows proves nothing
-            return str(check(claim) if check else check_lock(claim, Array(claim["array"])))
-    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RuntimeError, MemoryError) as error:
-        raise NotProvedError(f"the claim is not of the documented form ({type(error).__name__}: {error})") from error
-
-
-def main(path: str, kind: str, check: Any) -> None:
-    """Check the claims of one kind in a file; stop with the reason if one fails."""
-    try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-        claims = [claim for claim in data["claims"] if claim["kind"] == kind] or [f"no {kind} is claimed"]
-        print(*(f"{data['of']}: proved: {check(claim)}" for claim in claims), sep="\n")
-    except (NotProvedError, OSError, ValueError, LookupError, TypeError, RecursionError) as error:
-        sys.exit(f"{path}: not proved: {error}")
+    return judged(claim, clock, check_kinematic_lock)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], "lock", checked) if len(sys.argv) == 2 else sys.exit(__doc__)
+    main("lock", checked, __doc__)

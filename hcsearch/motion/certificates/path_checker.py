@@ -1,94 +1,42 @@
 """Check a certificate of a path by independent arithmetic: `python path_checker.py FILE`.
 
 The path leads from packed to flat with closed loops, hinges between their stops, and shrunk facets that do not overlap.
-Closure at stops is decided in fractions; all else is computed with polynomials with radii for all errors. Doubles are
-taken to be rounded to nearest, sines to two units in the last place. Theory: docs/explanation/certificates.md.
+Closure at stops is decided in fractions; all else is computed with polynomials with radii for all errors. This file
+needs NumPy, and beside it `balls.py`, `polynomials.py` and `certificate_grammar.py`, and imports nothing else of
+hcsearch. Numbers in brackets are those of docs/explanation/certificates.md.
 """
 
-import json
-import sys
 from fractions import Fraction
 from math import pi
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+if __package__:
+    from hcsearch.motion.certificates import balls, certificate_grammar
+    from hcsearch.motion.certificates.certificate_grammar import NotProvedError, formed, need
+    from hcsearch.motion.certificates.polynomials import CHAIN, FIRST, ONE, TERMS, Poly, folded, shifted, sines
+else:  # a program by itself, in a folder with the other ones
+    import balls  # type: ignore[import-not-found, no-redef]
+    import certificate_grammar  # type: ignore[import-not-found, no-redef]
+    from certificate_grammar import NotProvedError, formed, need  # type: ignore[no-redef]
+    from polynomials import (  # type: ignore[import-not-found, no-redef]
+        CHAIN,
+        FIRST,
+        ONE,
+        TERMS,
+        Poly,
+        folded,
+        shifted,
+        sines,
+    )
+
+__all__ = ["NotProvedError", "checked"]
 Reals = np.ndarray[Any, np.dtype[np.float64]]
-EPS, GAMMA = 2.0**-52, 20 * 2.0**-52  # of one sum or product of doubles, and of what bounds are computed from
-TERMS = 9  # coefficients of a polynomial on -1 <= x <= 1; the last one also holds all that is of higher order
-FIRST, ONE = np.eye(TERMS)[0], np.eye(TERMS)[0][:, None, None]  # the constant 1, of numbers and of matrices
-ROUNDED = (3 * np.arange(TERMS) + 5) * EPS  # of sums of 3, 6, 9, ... products of entries of vectors of norms 1
+EPS, up, Clock, entry = balls.EPS, balls.up, certificate_grammar.Clock, certificate_grammar.entry
 TINY, STOPS = 1e-13, 1e-3  # radius of a tube (rad) that is added to what is computed; what stops give (rad)
 DEPTH, BATCH = 16, 512  # how often a piece is halved for its gaps, and pieces that are computed at once
-
-
-class NotProvedError(Exception):
-    """The certificate does not prove what it claims."""
-
-
-def need(condition: Any, reason: str) -> None:
-    """Refuse the certificate unless a condition holds."""
-    if not condition:
-        raise NotProvedError(reason)
-
-
-class Poly:
-    """Polynomials of matrices, (..., TERMS, m, n), with radii of coefficients, (..., TERMS); turning : of rotations."""
-
-    def __init__(self, mid: Reals, rad: Reals, turning: bool = False) -> None:
-        self.mid, self.rad, self.turning = mid, rad, turning
-
-    def norms(self) -> Reals:
-        """Return the norms of the coefficients; the first coefficient of a rotation is a rotation."""
-        size: Reals = np.sqrt((self.mid**2).sum((-2, -1))) * (1 + GAMMA)
-        if self.turning:
-            size[..., 0] = 1 + GAMMA + self.rad[..., 0]
-        return size
-
-    def __add__(self, other: "Poly") -> "Poly":
-        mid = self.mid + other.mid
-        return Poly(mid, (self.rad + other.rad + EPS * Poly(mid, self.rad).norms()) * (1 + GAMMA))
-
-    def __matmul__(self, other: "Poly") -> "Poly":
-        mid, over, a, b = self.mid[..., :1, :, :] @ other.mid, 0.0, self.norms(), other.norms()
-        for i in range(1, TERMS):
-            mid[..., i:, :, :] += self.mid[..., i : i + 1, :, :] @ other.mid[..., : TERMS - i, :, :]
-            over += a[..., i] * b[..., TERMS - i :].sum(-1)
-        rad = folded(a, other.rad) + folded(self.rad, b + other.rad) + ROUNDED * folded(a, b)
-        rad[..., -1] += over
-        return Poly(mid, rad, self.turning and other.turning)
-
-
-def folded(one: Reals, two: Reals) -> Reals:
-    """Return the product of polynomials of norms; orders beyond the last one are added to the last."""
-    product = one[..., :1] * two
-    for i in range(1, TERMS):
-        product[..., i:] += one[..., i : i + 1] * two[..., : TERMS - i]
-        product[..., -1] += one[..., i] * two[..., TERMS - i :].sum(-1)
-    return product * (1 + GAMMA)
-
-
-def sines(cubics: Reals, radii: Reals, order: int) -> tuple[Reals, Reals, Reals]:
-    """Return sin and 1 - cos of cubics, (count, n, 4), and all radii; radii : (count, n), of one order."""
-    mid = np.pad(cubics, ((0, 0), (0, 0), (0, TERMS - 4)))
-    rad = 2 * EPS * (mid != 0.0)
-    rad[..., order] += radii
-    step, one = Poly((mid * (1 - FIRST))[..., None, None], rad), Poly(ONE, 0 * FIRST)
-    square, far, sine, less = step @ step, (np.abs(step.mid[..., 0, 0]) + rad).sum(-1), one, one
-    for m, n in ((72, 90), (42, 56), (20, 30), (6, 12)):  # Taylor's series, as Horner sums it
-        sine, less = (one + Poly(part.mid / -k, part.rad / k) for part, k in ((square @ sine, m), (square @ less, n)))
-    sine, less = step @ sine, square @ less  # sin, and 2 - 2 cos
-    rads = sine.rad + 0.5 * less.rad + 2 * EPS * (FIRST + sine.norms() + 0.5 * less.norms())
-    rads[..., -1] += far**11 / 3e7 + far**12 / 4e8  # less than 11! and 12!
-    s, c, sin, low = np.sin(mid[..., :1]), np.cos(mid[..., :1]), sine.mid[..., 0, 0], 0.5 * less.mid[..., 0, 0]
-    return s * FIRST + c * sin - s * low, (1 - c) * FIRST + s * sin + c * low, rads
-
-
-def shifted(cubics: Reals, m: float, h: float) -> Any:
-    """Return cubics of x = m + h u as cubics of u."""
-    powers = [1, 0, 0, 0], [m, h, 0, 0], [m * m, 2 * m * h, h * h, 0], [m**3, 3 * m * m * h, 3 * m * h * h, h**3]
-    return cubics @ np.array(powers)
+CELLS, MOST_CELLS = 2**20, 2**17  # entries of derivatives of pieces at once, and those of one state
 
 
 def across(one: Any, two: Any) -> Any:
@@ -99,35 +47,27 @@ def across(one: Any, two: Any) -> Any:
 class Array:
     """Panels and hinges in the flat state; integers X, Y, Z stand for (sqrt(root) X, Y, Z) units, over a size."""
 
-    def __init__(self, data: Any) -> None:
-        self.root, self.height, sizes = data["root"], data["thickness"], np.array([[len(x)] for x in data["facets"]])
-        need(sizes.size * sizes.max() + len(data["hinges"]) < 1500 and set(data["unit"]) <= {*"0123456789/"}, "no size")
+    def __init__(self, data: Any, clock: certificate_grammar.Clock | None = None) -> None:
+        own, self.clock = certificate_grammar.ArrayData(data), clock or Clock()
+        self.root, self.height, self.unit, self.panels = own.root, own.height, own.unit, own.panel_of
+        sizes = np.array([[len(facet)] for facet in own.facets])
         self.corner = corner = np.minimum(np.arange(sizes.max()), sizes - 1)  # the last one again where some have more
-        facets = np.array([np.reshape(x, (len(x), 2))[own] for x, own in zip(data["facets"], corner, strict=True)])
-        whole, chords = np.array([self.root, self.height, *facets.flat]), facets[:, None] - facets[:, :, None]
-        need(whole.dtype == int and np.abs(whole / 1e6).max() < 1 and whole[:2].min() > 0, "a length is not whole")
+        facets = np.array([np.array(facet)[at] for facet, at in zip(own.facets, corner, strict=True)])
         self.facets, self.sides = facets, np.take_along_axis(facets, ((corner + 1) % sizes)[..., None], 1) - facets
-        need(sizes.min() > 2 and across(self.sides[:, :, None], chords).min() >= 0, "a facet is not convex")
-        owned = sorted((facet, panel) for panel, facets in enumerate(data["panels"]) for facet in facets)
-        need([facet for facet, _ in owned] == list(range(len(self.facets))), "a facet is not in one panel")
-        panel_of, self.panels, self.unit = dict(owned), [panel for _, panel in owned], Fraction(data["unit"])
-        self.packed = [{True: 1, False: 0}[hinge["closes"]] for hinge in data["hinges"]]
-        self.middle = np.array([*np.rint(self.facets.mean((0, 1))).astype(int), self.height // 2])
-        self.size, self.stretch = int(np.abs(self.facets).max()) + self.height, np.sqrt([self.root, 1.0, 1.0])
-        self.flat = (self.facets - self.middle[:2]) * self.stretch[:2] / self.size
-        self.reach = float(np.linalg.norm(self.flat, axis=2).max()) + self.height / self.size
+        self.packed = [int(hinge.closes) for hinge in own.hinges]
+        self.middle = np.array([*np.rint(facets.mean((0, 1))).astype(int), own.height // 2])
+        largest = int(np.abs(facets - self.middle[:2]).max()) + own.height
+        self.size = 2.0 ** largest.bit_length()  # no coordinate is above sqrt(root)
+        self.stretch = np.sqrt([own.root, 1.0, 1.0])
+        self.flat = (facets - self.middle[:2]) / self.size * self.stretch[:2]
+        self.reach = float(up(balls.norms(self.flat).max() + own.height / self.size, 5))
         self.hinges: list[Any] = []  # (first panel, second panel, point, way): positive angles close the hinge's face
-        for hinge in data["hinges"]:
-            one, two = (list(zip(x, x[1:] + x[:1], strict=True)) for x in (data["facets"][k] for k in hinge["facets"]))
-            shared = [(p, q) for p, q in one if (q, p) in two]
-            need(len(shared) == 1 and hinge["face"] in ("top", "bottom"), "a hinge is no edge that two facets share")
-            (p, q), (sign, z) = shared[0], (-1, self.height) if hinge["face"] == "top" else (1, 0)
-            way = sign * np.subtract([*q, 0], [*p, 0])
-            self.hinges.append((*(panel_of[facet] for facet in hinge["facets"]), np.array([*p, z]), way))
-        points, ways = (np.array([hinge[k] for hinge in self.hinges]) * self.stretch for k in (2, 3))
-        self.points = ((points - self.middle * self.stretch) / self.size)[..., None]
-        self.ways = (ways / np.linalg.norm(ways, axis=1, keepdims=True))[..., None]
-        self.skew = 1 if np.isin(self.ways, (-1, 0, 1)).all() else 7  # EPS of a turn; none of ways along X and Y
+        for one, two, p, q, top, _ in own.hinges:
+            way = (-1 if top else 1) * np.subtract([*q, 0], [*p, 0])
+            self.hinges.append((one, two, np.array([*p, own.height if top else 0]), way))
+        points, ways = (np.array([hinge[k] for hinge in self.hinges]).reshape(-1, 3) for k in (2, 3))
+        self.points = balls.lattice((points - self.middle) / self.size, own.root)
+        self.ways = balls.directions(balls.lattice(ways, own.root))
         self.way: dict[int, Any] = {0: []}  # hinges and senses that lead from panel 0 to each
         for panel in (waiting := [0]):
             for k, (one, two, *_) in enumerate(self.hinges):
@@ -135,18 +75,21 @@ class Array:
                     if here == panel and there not in self.way:
                         self.way[there] = [*self.way[here], (k, sense)]
                         waiting.append(there)
-        need(set(self.way) == set(self.panels), "the panels are not joined to one piece")
+        formed(set(self.way) == set(self.panels), "the panels are not joined to one piece")
         self.loops = []
-        for k in set(range(len(self.hinges))) - {k for way in self.way.values() for k, _ in way}:
+        for k in sorted(set(range(len(self.hinges))) - {k for way in self.way.values() for k, _ in way}):
             start, back = (self.way[panel] for panel in self.hinges[k][:2])
             same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
             self.loops.append([*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))])
+        self.cells = max(1, 6 * len(self.loops) * len(self.hinges))
+        formed(self.cells <= MOST_CELLS, "the loops of a path have too many hinges")
 
     def lines_at(self, closed: list[int], loop: Any) -> list[Any]:
         """Return the exact lines of a loop where some hinges are closed: (hinge, point, way) in whole coordinates."""
         still, lines = np.eye(3, dtype=int) * Fraction(1), []
         turn, shift = still, 0 * still[0]
         for hinge, sense in loop:
+            self.clock.check()
             p, u = turn @ self.hinges[hinge][2] + shift, sense * (turn @ self.hinges[hinge][3])
             lines.append((hinge, p, u))
             if closed[hinge]:  # by half a turn v goes to 2 u (u.v) / u.u - v
@@ -157,7 +100,7 @@ class Array:
         return lines
 
     def equations(self, closed: list[int], moving: Any) -> tuple[list[int], Reals]:
-        """Return the rows that decide closure for the moving hinges, and their left null space over all screws."""
+        """Return the rows that decide closure for the moving hinges, and their left null space of all screws [3, 7]."""
         rows, s, size = list[int](), self.stretch[0], self.size
         screws = np.full((6 * len(self.loops), len(self.hinges)), Fraction(0))
         for row, loop in zip(range(0, len(screws), 6), self.loops, strict=True):
@@ -175,6 +118,7 @@ class Array:
                     rows += [row + first, row + 4 - first, row + 5] if apart else [row + first]
         table, count = [*np.hstack([screws[rows][:, moving], np.eye(len(rows), dtype=int) * Fraction(1)])], moving.sum()
         for column in range(count):
+            self.clock.check()
             for pivot in [own for own in table if own[column]][:1]:
                 table = [own - own[column] / pivot[column] * pivot for own in table if own is not pivot]
         wrenches = np.array([own[count:] for own in table], float).reshape(len(table), len(rows))
@@ -187,21 +131,31 @@ class Array:
         rotation = Poly(np.tile(still, (count, 1, 1, 1)), np.zeros((count, TERMS)), turning=True)
         shift = Poly(np.zeros((count, TERMS, 3, 1)), np.zeros((count, TERMS)))
         for hinge, sense in steps:
-            way, point, (sin, low, rads) = sense * self.ways[hinge], self.points[hinge], (x[:, hinge] for x in angles)
-            axis, place = (rotation @ Poly(ONE * x, 2 * EPS * np.linalg.norm(x) * FIRST) for x in (way, point))
+            self.clock.check()
+            way, point, (sin, low, rads) = self.ways[hinge], self.points[hinge], (x[:, hinge] for x in angles)
+            axis, place = (rotation @ Poly(ONE * x.mid, x.rad * FIRST) for x in (way, point))
             place += shift
+            axis = Poly(sense * axis.mid, axis.rad)
             screws.append((hinge, axis, Poly(np.cross(np.eye(3), np.swapaxes(place.mid, 2, 3)), 2 * place.rad) @ axis))
-            cross = np.cross(np.eye(3), way[:, 0])
-            bent = sin[..., None, None] * cross + low[..., None, None] * (cross @ cross)
-            rounded = EPS * (np.abs(sin) + np.abs(low) + FIRST)
-            rad = 1.5 * rads + self.skew * rounded  # errors of sin and of 1 - cos are at right angles
-            shift += rotation @ Poly(-bent @ point, (rad + 3 * rounded) * np.linalg.norm(point) * (1 + GAMMA))
+            cross = balls.crossed(way)
+            square = cross @ cross
+            bent = sense * sin[..., None, None] * cross.mid + low[..., None, None] * square.mid
+            sizes = np.abs(sin) + np.abs(low)
+            rounded = EPS * (sizes + FIRST)
+            rad = up(1.5 * rads + (cross.rad + square.rad) * sizes + 4 * rounded, CHAIN)  # errors are at right angles
+            moved = up((rad + 3 * rounded) * point.size + sizes * point.rad, CHAIN)
+            shift += rotation @ Poly(-bent @ point.mid, moved)
             rotation @= Poly(bent + still, rad, turning=True)
         return rotation, shift, screws
 
     def closure(self, cubics: Reals, radii: Reals, order: int) -> tuple[Poly, Poly, Reals]:
         """Twists of T - 1 of loops, (6 n_loops, 1), derivatives, radii of columns, and bounds of T - 1, (count,)."""
-        angles, count, n, rows = sines(cubics, radii, order), len(cubics), len(self.hinges), 6 * len(self.loops)
+        angles, count, n, rows = (
+            sines(cubics, radii, order),
+            len(cubics),
+            len(self.hinges),
+            6 * len(self.loops),
+        )
         twists = Poly(np.zeros((count, TERMS, rows, 1)), np.zeros((count, TERMS)))
         slopes, off = Poly(np.zeros((count, TERMS, rows, n)), np.zeros((count, TERMS, n))), np.zeros(count)
         for row, loop in zip(range(0, rows, 6), self.loops, strict=True):
@@ -209,13 +163,16 @@ class Array:
             skew = 0.5 * (turn.mid - np.swapaxes(turn.mid, 2, 3))
             twists.mid[..., row : row + 3, 0] = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], -1)
             twists.mid[..., row + 3 : row + 6, :] = shift.mid
-            twists.rad += turn.rad + shift.rad
-            far = Poly(turn.mid - ONE * np.eye(3), turn.rad).norms() + turn.rad + shift.norms() + shift.rad
-            off += far.sum(1)
+            twists.rad += up(turn.rad + shift.rad + 2 * EPS * turn.norms(), CHAIN)
+            far = (
+                Poly(turn.mid - ONE * np.eye(3), turn.rad).norms() + turn.rad + shift.norms() + shift.rad + EPS * FIRST
+            )
+            far = up(far, CHAIN)
+            off += up(far.sum(1), CHAIN)
             for hinge, axis, moment in screws:
                 slopes.mid[:, :, row : row + 6, hinge] += np.concatenate([axis.mid, moment.mid], 2)[..., 0]
                 size = axis.norms() + moment.norms() + axis.rad  # a derivative is a screw times T, 1 but for `far`
-                slopes.rad[:, :, hinge] += axis.rad + moment.rad + 1.5 * folded(size, far)
+                slopes.rad[:, :, hinge] += up(axis.rad + moment.rad + 1.5 * folded(size, far), CHAIN)
         return twists, slopes, off
 
     def tube(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any = None) -> Reals:
@@ -223,50 +180,74 @@ class Array:
 
         Infinite if not proved. wrenches : those that no hinge works against at c where x is 0; if there are any, states
         are c + x G y for 0 <= x <= 1, and equations along wrenches are divided by x^2, others by x. radii : of a box
-        about c at x = 0 in which two closed states lie that are to be joined.
+        about c at x = 0 in which two closed states lie that are to be joined [4 to 6].
         """
-        order, (_, values, others) = int(len(wrenches) > 0), np.linalg.svd(wrenches)
-        need((values > 1e-6).all(), "wrenches at an end are not independent")
+        batch = max(1, CELLS // (TERMS * self.cells))
+        parts = [slice(start, start + batch) for start in range(0, max(1, len(cubics)), batch)]
+        tubes = [self.tube_of(rows, moving, cubics[k], wrenches, None if radii is None else radii[k]) for k in parts]
+        return np.concatenate(tubes)
+
+    def tube_of(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any) -> Reals:
+        """Return what `tube` does of some pieces, which are computed at once."""
+        order, others = int(len(wrenches) > 0), np.linalg.svd(wrenches)[2][len(wrenches) :]
+        rule = np.concatenate([others, wrenches])  # combines equations, with a norm of no more than `mixed`
+        steps = 4 * len(self.hinges) + 12 * len(rows) + 60  # operations of a bound, each with what is rounded
+        mixed = up(np.sqrt(np.abs(rule @ rule.T).sum(1).max(initial=0.0)) + steps * EPS * len(rule), steps)
 
         def divided(parts: Reals) -> Reals:  # of what is 0 along wrenches where x is 0
             along = np.pad(wrenches @ parts[:, 1:], ((0, 0), (0, 1), (0, 0), (0, 0)))
-            return np.concatenate([others[len(wrenches) :] @ parts, along], 2)
+            return np.concatenate([others @ parts, along], 2)
+
+        def sized(parts: Reals) -> Reals:  # bounds of products, of which what is rounded is a share
+            sizes: Reals = np.abs(scaling) @ (np.abs(rule) @ np.abs(parts).sum(1))
+            return sizes
 
         around = np.zeros(cubics.shape[:2]) if radii is None else radii.copy()
         twists, slopes, _ = self.closure(cubics, around, order)
         u, values, v = np.linalg.svd(divided(slopes.mid[:, :2, rows][..., moving])[:, 0], full_matrices=False)
         scaling, gains = np.swapaxes(u, 1, 2) / np.maximum(values, 1e-12)[..., None], np.swapaxes(v, 1, 2)
-        norm, size = np.linalg.norm(scaling, axis=2), np.abs(gains)
+        norm, size = up((1 + order) * mixed * np.linalg.norm(scaling, axis=2), steps), np.abs(gains)
         twist = (scaling[:, None] @ divided(twists.mid[:, order:, rows]))[..., 0]
-        rest = (1 + order) * twists.rad[:, order:].sum(1)
+        rest = norm * twists.rad[:, order:].sum(1)[:, None] + steps * EPS * sized(twists.mid[:, order:, rows])[..., 0]
         if radii is not None:  # F is 0 at both: the mean derivative between them maps their difference to 0
-            twist, rest = 0.0 * twist, 4.0 * (slopes.rad.sum(1) * radii).sum(1)
-        rest = norm * rest[:, None] + TINY
-        start, step = np.abs(twist).sum(1) + rest, around[:, moving] + np.abs(twist @ v).sum(1)
-        product = scaling[:, None] @ divided(slopes.mid[:, :, rows][..., moving] @ gains[:, None])
-        product[:, 0] -= np.eye(len(rows))
-        far, floor = np.abs(product).sum(1), 0.1 * start.max(1, keepdims=True, initial=0.0)
-        wide = np.abs(np.linalg.solve(np.eye(len(rows)) - far, (3.0 * start + floor)[..., None]))  # any box will do
-        turned = (size @ wide)[..., 0]
+            twist, rest = 0.0 * twist, 4.0 * norm * (slopes.rad.sum(1) * radii).sum(1)[:, None]
+        rest = up(rest, steps) + TINY
+        start = up(np.abs(twist).sum(1) + rest, steps)
+        step = around[:, moving] + up(np.abs(twist @ v).sum(1) + steps * EPS * (size @ start[..., None])[..., 0], steps)
+
+        def off_one(slopes: Poly) -> Reals:  # bounds of S J G - 1 at c
+            own = slopes.mid[:, :, rows][..., moving]
+            product = scaling[:, None] @ divided(own @ gains[:, None])
+            product[:, 0] -= np.eye(len(rows))
+            rounded = sized(np.abs(own).sum(1, keepdims=True) @ size[:, None]) + np.eye(len(rows))
+            bounds: Reals = up(np.abs(product).sum(1) + steps * EPS * rounded, steps)
+            return bounds
+
+        floor = 0.1 * start.max(1, keepdims=True, initial=0.0)
+        wide = np.linalg.solve(np.eye(len(rows)) - off_one(slopes), (3.0 * start + floor)[..., None])
+        wide = np.abs(wide)  # any box will do
+        turned = up((size @ wide)[..., 0], steps)
         around[:, moving] += turned
         _, slopes, off = self.closure(cubics, around, order)
-        rough = (1 + order) * np.einsum("pth,ph->p", slopes.rad[..., moving], turned) + 10 * GAMMA * turned.sum(1)
-        moved = (start + (far @ wide)[..., 0] + norm * rough[:, None]) * (1 + GAMMA)
-        around[:, moving] = step + (size @ (rest + moved - start)[..., None])[..., 0]
-        around[~((moved < wide[..., 0]).all(1) & (off < 0.05))] = np.inf
+        rough = norm * (slopes.rad[..., moving].sum(1) * turned).sum(1)[:, None]
+        more = up((off_one(slopes) @ wide)[..., 0] + rough, steps)
+        around[:, moving] = up(step + (size @ (rest + more)[..., None])[..., 0], steps)
+        around[~((up(start + more, 1) < wide[..., 0]).all(1) & (off < 0.05))] = np.inf
         return around
 
     def led_by_cubics(self, data: Any, closed: list[int]) -> tuple[Reals, Reals, list[int]]:
         """Prove a stretch along cubics; return its pieces, the deviations of closed states, and its end state."""
-        at, angles, rates = (np.array(data[name], float) for name in ("times", "angles", "rates"))
-        need(angles.shape == rates.shape == (*at.shape, len(self.hinges)) and len(at) > 2, "a stretch has no states")
+        widths, names = [len(self.hinges)] * len(entry(data, "times", list)), ("angles", "rates")
+        at = np.array(certificate_grammar.numbers([data["times"]], [len(widths)], "times")[0])
+        angles, rates = (np.array(certificate_grammar.numbers(data.get(name), widths, name)) for name in names)
+        formed(len(at) > 2, "a stretch has no states")
         steps, ended = np.diff(at)[:, None], [int(angle > 1) for angle in angles[-1]]
         stops = pi * np.array([closed, ended])
         need((angles[[0, -1]] == stops).all() and (steps > 0).all(), "a stretch ends at no stop, or times do not rise")
         ends = np.stack([angles[:-1], steps * rates[:-1], np.diff(angles, axis=0), steps * rates[1:]], -1)
         spans = ends @ [[1, 0, 0, 0], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]  # cubics of 0 <= x <= 1
         moving, cubics, inner = (angles != angles[0]).any(0) | rates.any(0), shifted(spans, 0.5, 0.5), [0, len(spans)]
-        rows, around = self.equations(closed, moving)[0], np.zeros((len(spans), len(self.hinges)))
+        lines, around = self.equations(closed, moving)[0], np.zeros((len(spans), len(self.hinges)))
         for state, cubic, place in ((closed, spans[0], 0), (ended, shifted(spans[-1], 1.0, -1.0), -1)):
             own, wrenches = self.equations(state, moving)
             if len(wrenches):  # the piece leaves a state with singular closure
@@ -274,17 +255,24 @@ class Array:
                 around[place] = self.tube(own, moving, cubic[None], wrenches)[0]
                 inner[place] += 1 + 2 * place
         first, end = inner
-        around[first:end] = self.tube(rows, moving, cubics[first:end], wrenches[:0])
+        around[first:end] = self.tube(lines, moving, cubics[first:end], wrenches[:0])
         sides, end = np.pad(around, ((1, 1), (0, 0)), "edge"), end + 1  # pieces are joined where they meet
-        wide = np.maximum(sides[1:], sides[:-1]) + 1e-14 * moving
-        places = np.concatenate([cubics[:1] @ [1, -1, 1, -1], cubics.sum(2)])[first:end, :, None] * [1, 0, 0, 0]
-        wide[first:end] = self.tube(rows, moving, places, wrenches[:0], wide[first:end])
+        starts, ends = cubics @ [1.0, -1.0, 1.0, -1.0], cubics.sum(2)
+        apart = np.abs(np.concatenate([starts, stops[1:]]) - np.concatenate([stops[:1], ends]))
+        rounded = np.pad(32 * EPS * np.abs(cubics).sum(2) + 1e-14, ((1, 1), (0, 0)), "edge")
+        wide = up(np.maximum(sides[1:], sides[:-1]) + (apart + np.maximum(rounded[1:], rounded[:-1])) * moving, 9)
+        places = np.concatenate([starts[:1], ends])[first:end, :, None] * [1, 0, 0, 0]
+        wide[first:end] = self.tube(lines, moving, places, wrenches[:0], wide[first:end])
         need(np.isfinite(wide).all(), "closed states are not proved to lie beside a path, and to be joined")
         return cubics, np.maximum(wide[:-1], wide[1:]), ended
 
     def led_by_equal_turns(self, data: Any, closed: list[int]) -> tuple[Reals, Reals, list[int]]:
-        """Prove a stretch in which hinges turn from stop to stop by one angle x; return as `led_by_cubics`."""
-        moving = np.array([hinge in data["hinges"] for hinge in range(len(self.hinges))])
+        """Prove a stretch in which hinges turn from stop to stop by one angle x [7]; return as `led_by_cubics`."""
+        turned = {
+            certificate_grammar.whole(hinge, 0, len(self.hinges) - 1, "a hinge")
+            for hinge in entry(data, "hinges", list)
+        }
+        moving = np.array([hinge in turned for hinge in range(len(self.hinges))])
         for loop in self.loops:
             lines, level = [line for line in self.lines_at(closed, loop) if moving[line[0]]], 0  # turned by level x
             sums = np.zeros((2 * len(lines) + 1, 2), int) * Fraction(1)  # T moves a point by a sum of e^ijx p - e^ikx p
@@ -305,7 +293,12 @@ class Array:
         sides = self.sides * self.stretch[:2] / np.linalg.norm(self.sides * self.stretch[:2], axis=2, keepdims=True)
         normals, hinge_of = sides[..., ::-1] * [-1, 1], np.full((len(sides), len(sides)), len(self.hinges))
         before = np.take_along_axis(normals, self.corner[..., None] - 1, 1)
-        inner = self.flat + margin * (before + normals) / (1.0 + (before * normals).sum(2, keepdims=True))
+        blunt = 1.0 + (before * normals).sum(2, keepdims=True)
+        need(blunt.min() > 1e-6, "a corner of a facet is too sharp")
+        inner = self.flat + margin * (before + normals) / blunt
+        self.error = (
+            1e-12 + 64 * EPS * margin / float(blunt.min()) ** 1.5
+        )  # of corners, and of what is computed of them
         left = ((np.roll(inner, -1, 1) - inner) * sides).sum(2)[np.roll(self.corner, -1, 1) != self.corner].min() > 0
         need(left and 0 < margin < 0.5 * self.height / self.size, "the margin leaves nothing of a panel")
         levels = ((z - self.middle[2]) / self.size + s * margin for z, s in ((0, 1), (self.height, -1)))
@@ -320,14 +313,20 @@ class Array:
         self.hinge_of, self.give = hinge_of[tuple(self.pairs.T)], 0.25 * margin / self.reach
 
     def check_gaps(self, cubics: Reals, radii: Reals) -> None:
-        """Refuse pieces in which shrunk facets may overlap or hinges pass their stops; halve undecided pieces."""
+        """Refuse pieces in which shrunk facets may overlap or hinges pass their stops; halve undecided pieces [8]."""
         middles = self.corners.mean(1, keepdims=True)
-        wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None] + 1e-12
-        every, (one, two) = np.ones((len(cubics), len(self.pairs)), bool), self.pairs.T
-        waiting = [(cubics[k : k + 64], radii[k : k + 64], every[k : k + 64], 0) for k in range(0, len(cubics), 64)]
+        wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None] + 1e-11
+        every, (one, two), size = (
+            np.ones((1, len(self.pairs)), bool),
+            self.pairs.T,
+            max(1, CELLS // (1 + len(self.pairs))),
+        )
+        parts = [slice(k, k + min(64, size)) for k in range(0, len(cubics), min(64, size))]
+        waiting = [(cubics[k], radii[k], every, 0) for k in parts]
         while waiting:
             cubics, radii, pairs, depth = waiting.pop()
-            turned = np.abs(cubics - [0.5 * pi, 0, 0, 0]).sum(2) + radii
+            self.clock.check()
+            turned = np.abs(cubics - [0.5 * pi, 0, 0, 0]).sum(2) + radii + 1e-14  # what is rounded
             left = pairs & ~np.pad(turned < 0.5 * pi + self.give, ((0, 0), (0, 1)))[:, self.hinge_of]
             angles = sines(cubics, radii, 0)
             poses = {panel: self.walked(way, angles)[:2] for panel, way in self.way.items()}
@@ -338,6 +337,7 @@ class Array:
             left &= ~(np.linalg.norm(places[one, :, 0] - places[two, :, 0], axis=2) > reach[one] + reach[two] + wide).T
             number, pair = np.nonzero(left)
             for k in (slice(start, start + BATCH) for start in range(0, len(number), BATCH)):
+                self.clock.check()
                 left[number[k], pair[k]] = ~self.separated(turns, shifts, number[k], self.pairs[pair[k]].T)
             keep = left.any(1) | ~(turned < 0.5 * pi + STOPS).all(1)
             need(depth < DEPTH or not keep.any(), "panels are not proved to keep apart, or hinges within their stops")
@@ -346,7 +346,7 @@ class Array:
                 waiting += [(shifted(cubics[keep], x, 0.5), radii, left[keep], depth + 1) for x in (-0.5, 0.5)]
 
     def separated(self, turns: Poly, shifts: Poly, number: Any, facets: Any) -> Any:
-        """Whether a direction fixed to one of two prisms separates them throughout each piece, (count,)."""
+        """Whether a direction fixed to one of two prisms separates them throughout each piece, (count,) [8]."""
         (f, g), size, apart = facets, len(number), np.zeros(len(number), bool)
         turn, other = (Poly(turns.mid[k, number], turns.rad[k, number], turning=True) for k in facets)
         shift, offset = (Poly(shifts.mid[k, number], shifts.rad[k, number]) for k in facets)
@@ -364,37 +364,34 @@ class Array:
         for still, other, turn, shift, way in orders:
             heights = np.swapaxes(way, 1, 2)[:, None] @ (turn.mid @ np.swapaxes(other, 1, 2)[:, None] + shift.mid)
             low = heights[:, 0, 0] - np.abs(heights[:, 1:, 0]).sum(1)
-            error = (self.reach * turn.rad + shift.rad).sum(1) * (1 + GAMMA) + 1e-13
+            rounded = 16 * EPS * (self.reach * turn.norms() + shift.norms())
+            error = up((self.reach * turn.rad + shift.rad + rounded).sum(1) + 2.0 * self.error, CHAIN)
             apart |= low.min(1) - error > (still @ way)[..., 0].max(1)
         return apart
 
 
-def checked(claim: Any) -> str:
+def check_path(claim: Any, clock: certificate_grammar.Clock) -> str:
+    """Check that a path leads from packed to flat; return the proved fact as a sentence."""
+    array, margin = Array(claim.get("array"), clock), certificate_grammar.fraction(claim.get("margin"), "margin")
+    parts = list[Any]()
+    closed, lead = array.packed, {"equal": array.led_by_equal_turns, "cubics": array.led_by_cubics}
+    for stretch in entry(claim, "stretches", list):
+        kind = entry(stretch, "kind", str)
+        formed(kind in lead, "a stretch is of no known kind")
+        *part, closed = lead[kind](stretch, closed)
+        parts.append(part)
+    need(parts and not any(closed), "the path does not end flat")
+    array.shrink(float(margin / array.unit) / array.size * (1 - 1e-15))
+    array.check_gaps(*(np.concatenate(own) for own in zip(*parts, strict=True)))
+    nothing = "" if any(array.packed) else "nothing folds, as packed and flat are one state: "
+    path = f"a path from packed to flat, {STOPS:g} rad beyond stops at most"
+    return f"{nothing}{path}, facets shrunk by {claim['margin']} m"
+
+
+def checked(claim: Any, clock: certificate_grammar.Clock | None = None) -> str:
     """Return the proved claim as a sentence; refuse a claim that is not proved, or not of the documented form."""
-    try:
-        with np.errstate(all="ignore"):  # what overflows proves nothing
-            array, parts = Array(claim["array"]), []
-            closed, lead = array.packed, {"equal": array.led_by_equal_turns, "cubics": array.led_by_cubics}
-            for stretch in claim["stretches"]:
-                *part, closed = lead[stretch["kind"]](stretch, closed)
-                parts.append(part)
-            need(parts and not any(closed), "the path does not end flat")
-            array.shrink(float(claim["margin"]) / float(array.unit) / array.size)
-            array.check_gaps(*(np.concatenate(own) for own in zip(*parts, strict=True)))
-    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RuntimeError, MemoryError) as error:
-        raise NotProvedError(f"the claim is not of the documented form ({type(error).__name__}: {error})") from error
-    return f"a path from packed to flat, {STOPS:g} rad beyond stops at most, facets shrunk by {claim['margin']} m"
-
-
-def main(path: str) -> None:
-    """Check the claims of paths in a file; stop with the reason if one fails."""
-    try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-        claims = [claim for claim in data["claims"] if claim["kind"] == "path"] or ["no path is claimed"]
-        print(*(f"{data['of']}: proved: {checked(claim)}" for claim in claims), sep="\n")
-    except (NotProvedError, OSError, ValueError, LookupError, TypeError, RecursionError) as error:
-        sys.exit(f"{path}: not proved: {error}")
+    return certificate_grammar.judged(claim, clock, check_path)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1]) if len(sys.argv) == 2 else sys.exit(__doc__)
+    certificate_grammar.main("path", checked, __doc__)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.kernels.linkage.closing_steps import damped_step
 from hcsearch.shape.linkage import Linkage
 
 CLOSED_LOOP_RESIDUAL = 1e-12
 """A state is closed when no residual (rad, or gap over the pattern's size) is greater."""
+MIN_DAMPING_SHARE = 1e-8
+"""Damping of a correction, at least, over the greatest entry of the Jacobian: the square root of rounding errors, so
+that singular values that are zero but for rounding turn hinges by little more than the residual."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,13 +32,11 @@ def correction(jacobian: Reals, residual: Reals) -> Reals:
     """The shortest change of the fold angles that cancels a residual to first order.
 
     The step is damped by the residual itself (Levenberg and Marquardt): it stays short at singular states and tends to
-    Newton's near closed ones. Redundant loops do no harm.
+    Newton's near closed ones. Redundant loops do no harm. Its bits are the same on all processors, see `damped_step`.
     """
-    u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
-    damping = float(residual @ residual)
-    weight = s / (s * s + damping + np.finfo(float).tiny)
-    weight[s < 1e-13 * max(s[0], 1.0)] = 0.0
-    step: Reals = -(vt.T @ (weight * (u.T @ residual)))
+    least = MIN_DAMPING_SHARE * max(float(np.abs(jacobian).max(initial=0.0)), 1.0)
+    damping = max(math.hypot(*residual), least)
+    step: Reals = damped_step(np.ascontiguousarray(jacobian), residual, damping)
     return step
 
 

@@ -97,4 +97,6 @@ def least_energy(basis: Reals, springs: Reals, angles: Reals, low: Reals, high: 
     if residual[-1] < 1e-12:
         return zero_velocity
     nearest: Reals = basis @ np.linalg.solve(r, -residual[:-1] / residual[-1] - offset)
-    return np.clip(nearest, low, high)
+    # a hinge that reaches a bound but for rounding is at it
+    nearest = np.where(nearest < low + UNMOVED_HINGE_TURN, low, nearest)
+    return np.where(nearest > high - UNMOVED_HINGE_TURN, high, nearest)

@@ -30,6 +30,9 @@ MIN_DEPARTURE_TURN_RATIO = 0.01
 """Least turn of a hinge that leaves an end, over that of the fastest."""
 DEPARTURE_RESIDUAL = 1e-14
 """Greatest residual of a direction at first and second order."""
+UNTURNED_RATIO = DEPARTURE_RESIDUAL**0.5
+"""A hinge at a stop whose turn, over that of the fastest, is no greater stays there: so exact are directions whose
+residual is of second order."""
 ZERO_JACOBIAN_SHARE = 1e-9
 """Singular values of the Jacobian below this share of the greatest count as zeros."""
 END_CLOSURE_RESIDUAL = 1e-12
@@ -145,7 +148,12 @@ class EndClosure:
         for _ in range(40):
             residual, derivative = self.equations(sense * turns)
             if np.abs(residual).max(initial=0.0) < DEPARTURE_RESIDUAL:
-                return turns
+                unturned = ~held & (turns > least_turns) & (turns <= least_turns + UNTURNED_RATIO * np.abs(turns).max())
+                if not unturned.any():
+                    return turns
+                held |= unturned
+                turns = np.where(unturned, least_turns, turns)
+                continue
             if held.all():
                 return None
             step = np.linalg.pinv((derivative * sense)[:, ~held], rcond=1e-10) @ residual

@@ -8,7 +8,7 @@ places on them where others end.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -16,16 +16,20 @@ import numpy as np
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.shape.mesh import PlanePoint
 
-MAX_LINE_PAIRS_AT_ONCE = 4_000_000
+MAX_DRAWN_PANELS = 1000
+"""Greatest number of faces of a drawing that is no design: matrices of larger linkages take gigabytes."""
+MAX_LINE_PAIRS_AT_ONCE = 1_000_000
 """Limit of the pairs of lines that are tested together."""
-
+_CROSSINGS_PER_FACE = 3
+"""Lines that cross at this many places per face, and once each besides, bound more faces: a place adds a face at least,
+and a loose end takes half a face."""
 
 _SHARE, _REACH = 0.25, 0.26
 """The tolerance over the cell size of the lookup grid, and the lookup radius in cells, rounding included."""
 
 
 class CrossingError(ValueError):
-    """Lines cross more often than allowed."""
+    """Lines cross more often than allowed; the message says how often."""
 
 
 class SplitLines(NamedTuple):
@@ -64,21 +68,40 @@ class PointNumbers:
         return self._count - 1
 
 
-def split_lines(points: Reals, lines: Sequence[tuple[int, int]], tolerance: float, max_crossings: int) -> SplitLines:
-    """Split lines, given by indices of points (k, 2), where they meet; CrossingError above `max_crossings`."""
+def split_lines(
+    points: Reals,
+    lines: Sequence[tuple[int, int]],
+    tolerance: float,
+    max_crossings: int,
+    borders: Collection[int] = (),
+) -> SplitLines:
+    """Split lines, given by indices of points (k, 2), where they meet.
+
+    borders : the lines that alone bound faces. Errors: CrossingError above `max_crossings`, and where borders cross at
+    so many places that they bound more than `MAX_DRAWN_PANELS` faces.
+    """
     places, merged_points, place_of_point = _merged(points, lines, tolerance)
     ends = [(place_of_point[a], place_of_point[b]) for a, b in lines]
     distinct = sorted({(min(pair), max(pair)) for pair in ends if pair[0] != pair[1]})
     number = {pair: k for k, pair in enumerate(distinct)}
     along: list[dict[int, float]] = [{} for _ in distinct]
+    bounding = {number[min(ends[k]), max(ends[k])] for k in borders if ends[k][0] != ends[k][1]}
+    max_places, crossed = _CROSSINGS_PER_FACE * MAX_DRAWN_PANELS + len(bounding), set[int]()
     if distinct:
         table, sides = np.array(merged_points), np.array(distinct)
         for v, k, share in _on_lines(table, sides, tolerance, max_crossings):
             along[k][v] = share
-        for j, k, x, shares in _crossings(table, sides, along, max_crossings):
+        ended = [dict(places) for places in along]  # crossings are added to the others meanwhile
+        for j, k, x, shares in _crossings(table, sides, ended, max_crossings):
             v = places.number(x)
             if v == len(merged_points):
                 merged_points.append(x)
+            if j in bounding and k in bounding:
+                crossed.add(v)
+                if len(crossed) > max_places:
+                    raise CrossingError(
+                        f"cross at more than {max_places:,} places, and so bound more than {MAX_DRAWN_PANELS:,} faces"
+                    )
             for line, share in ((j, shares[0]), (k, shares[1])):
                 if v not in distinct[line]:
                     along[line].setdefault(v, share)
@@ -133,18 +156,18 @@ def _on_lines(points: Reals, lines: WholeNumbers, tolerance: float, max_crossing
         on &= (lines[k] != v[:, None]).all(axis=1)
         interior += zip(v[on].tolist(), k[on].tolist(), shares[on].tolist(), strict=True)
         if len(interior) > max_crossings:
-            raise CrossingError
+            raise _crossing_error(max_crossings)
     return interior
 
 
 def _crossings(
     points: Reals, lines: WholeNumbers, along: Sequence[dict[int, float]], max_crossings: int
-) -> list[tuple[int, int, PlanePoint, tuple[float, float]]]:
-    """Return crossings of lines without a common place: both lines, the point, and its shares of their lengths."""
+) -> Iterator[tuple[int, int, PlanePoint, tuple[float, float]]]:
+    """Yield crossings of lines without a common place: both lines, the point, and its shares of their lengths."""
     import shapely  # noqa: PLC0415
 
     starts, vectors = points[lines[:, 0]], points[lines[:, 1]] - points[lines[:, 0]]
-    crossings: list[tuple[int, int, PlanePoint, tuple[float, float]]] = []
+    n_crossings = 0
     boxes = _boxes(points, lines, 0.0)
     tree = shapely.STRtree(np.concatenate([shapely.box(*low.T, *high.T) for _, (low, high) in boxes]))
     for first_line, (low, high) in boxes:
@@ -162,10 +185,14 @@ def _crossings(
         ):
             if not _joined(lines[first].tolist(), lines[second].tolist(), along[first], along[second]):
                 x, y = starts[first] + first_share * vectors[first]
-                crossings.append((first, second, (float(x), float(y)), (float(first_share), float(second_share))))
-                if len(crossings) > max_crossings:
-                    raise CrossingError
-    return crossings
+                n_crossings += 1
+                if n_crossings > max_crossings:
+                    raise _crossing_error(max_crossings)
+                yield first, second, (float(x), float(y)), (float(first_share), float(second_share))
+
+
+def _crossing_error(max_crossings: int) -> CrossingError:
+    return CrossingError(f"cross more than {max_crossings:,} times")
 
 
 def _joined(first: list[int], second: list[int], on_first: dict[int, float], on_second: dict[int, float]) -> bool:

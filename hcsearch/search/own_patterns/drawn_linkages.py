@@ -15,6 +15,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import PatternError, SceneError
 from hcsearch.designs.panel_sizes import MAX_PANEL_LENGTH, MIN_PANEL_LENGTH, read_panel
+from hcsearch.search.own_patterns.drawn_lines import MAX_DRAWN_PANELS
 from hcsearch.search.own_patterns.fold_reading import (
     POINT_ERROR_SHARE,
     STRAIGHT_SIDE_SHARE,
@@ -31,8 +32,6 @@ DEFAULT_THICKNESS_SHARE = 0.12
 """Thickness over the root of the mean area of a face, where none is stated: that of the panels of `default`."""
 OVERLAP_GRID_SHARE = 1e-6
 """Grid on which faces are intersected, over the root of their mean area, as GEOS needs one for faces that touch."""
-MAX_DRAWN_PANELS = 1000
-"""Greatest number of faces of a drawing that is no design: matrices of larger linkages take gigabytes."""
 FACE_OF: dict[str, PanelFace] = {"V": "top", "M": "bottom"}
 """The face of the hinge of a valley, and of a mountain."""
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import InputFileError
-from hcsearch.search.own_patterns.drawn_lines import PointNumbers
-from hcsearch.search.own_patterns.drawn_linkages import MAX_DRAWN_PANELS
+from hcsearch.search.own_patterns.drawn_lines import MAX_DRAWN_PANELS, PointNumbers
 from hcsearch.search.own_patterns.model_parts import model_error
 from hcsearch.shape.mesh import Facet, PlanePoint, components, facet_area, sides_of
 

@@ -108,9 +108,18 @@ def parse_fold(text: str, path: str = "the text") -> PatternDrawing:
         raise InputFileError(f"{path} is no FOLD file, which is JSON: {why}; export it as FOLD") from None
     if not isinstance(data, dict):
         raise InputFileError(f"{path} is no FOLD file: it holds no object; export it as FOLD")
+    return drawing_of_data(data, path)
+
+
+def drawing_of_data(data: Mapping[str, Any], path: str) -> PatternDrawing:
+    """Return the drawing in the data of a FOLD file; path : name of the file for messages."""
     frame = crease_pattern_frame(data, path)
     form = folded_form_frame(data, path, frame)
-    return _Reader(FrameValues(frame), None if form is None else FrameValues(form), is_animation(data)).drawing()
+    reader = _Reader(FrameValues(frame), None if form is None else FrameValues(form), is_animation(data))
+    try:
+        return reader.drawing()
+    except CrossingError as error:  # with whatever tolerance
+        raise InputFileError(f"{path} has too many lines for a pattern: they {error}; draw fewer") from None
 
 
 class _Reader:
@@ -160,6 +169,13 @@ class _Reader:
                     f"{form.name} is a folded form that gives no packed state, as {error}: correct this frame or leave "
                     "it out, or write edges_foldAngle"
                 )
+
+    def borders(self) -> Sequence[int]:
+        """Return the lines that bound faces, where the file lists none."""
+        if self.faces:
+            return ()
+        letters = self.values.of_edges("edges_assignment")
+        return [k for k in range(len(self.edges)) if letters is None or str(letters[k]).upper() != "J"]
 
     def _flat(self, points: Reals) -> Reals:
         """Project the points at which lines end onto their plane; InputFileError where the sheet is folded."""
@@ -221,10 +237,7 @@ class _Reading:
 
     def __init__(self, whole: _Reader, tolerance: float) -> None:
         self.values, self.whole = whole.values, whole
-        try:
-            split = split_lines(whole.points, whole.lines, tolerance, MAX_FOLD_ENTRIES)
-        except CrossingError:
-            raise self.values.wrong(f"its lines cross more than {MAX_FOLD_ENTRIES} times") from None
+        split = split_lines(whole.points, whole.lines, tolerance, MAX_FOLD_ENTRIES, whole.borders())
         self.points, self.place_of_point = split.points, split.place_of_point
         self.places_of_edge = split.places_along[: len(whole.edges)]
         self.places_along = {(places[0], places[-1]): places for places in split.places_along if places}

@@ -23,6 +23,7 @@ from hcsearch.designs.grid.arrays import check_size
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.search.own_patterns.drawn_lines import place_text
 from hcsearch.search.own_patterns.fold_reading import POINT_ERROR_SHARE, FacetJoin, PatternDrawing
+from hcsearch.search.own_patterns.folded_forms import FOLDED_ANGLE_TOLERANCE
 from hcsearch.shape.pattern import FacetPair
 
 CELL_CORNER_TOLERANCE = 10.0 * POINT_ERROR_SHARE
@@ -297,14 +298,16 @@ def recognise_design(drawing: PatternDrawing) -> RecognisedDesign:
     circuit = Circuit(tiling.grid, tuple(steps))
     joins = [drawing.joins[_pair(walk[k], walk[(k + 1) % n])] for k in range(n)]
     letters = _in_order(circuit, "".join(join.assignment for join in joins))
+    states = any(join.angle for join in joins)  # otherwise it is the flat state
+    turns = _in_order(circuit, "".join(_turn(join) if states else "?" for join in joins))
     canonical = circuit.canonical()
     known = foldings(canonical)
-    assigned = any(letter != "U" for letter in letters)
-    fitting = tuple(folding.crease for folding in known if _fits(folding, letters))
+    assigned = states or any(letter != "U" for letter in letters)
+    fitting = tuple(folding.crease for folding in known if _fits(folding, letters, turns))
     if assigned and known and not fitting:
         creases = ", ".join(str(folding.crease) for folding in known)
         raise PatternError(
-            "the mountains and valleys are of no two-stack folding of the circuit "
+            "the mountains and valleys, or the fold angles, are of no two-stack folding of the circuit "
             f"{canonical.notation}, which folds at creases {creases}: leave edges unassigned (U), or draw one of these"
         )
     return RecognisedDesign(canonical, fitting, assigned, tiling.length, tiling.width)
@@ -370,10 +373,19 @@ def _in_order(circuit: Circuit, letters: str) -> str:
     raise AssertionError("a circuit is congruent to its canonical form")  # pragma: no cover
 
 
-def _fits(folding: Folding, letters: str) -> bool:
-    """Whether a folding has the given assignment, directly or with the sheet turned over; U fits all."""
+def _turn(join: FacetJoin) -> str:
+    """Return the end at which a joint is stated: 0 flat, 1 closed, ? neither."""
+    if join.angle is None or FOLDED_ANGLE_TOLERANCE < abs(join.angle) < 180.0 - FOLDED_ANGLE_TOLERANCE:
+        return "?"
+    return "0" if abs(join.angle) < 90.0 else "1"
+
+
+def _fits(folding: Folding, letters: str, turns: str) -> bool:
+    """Whether a folding has the given assignment, directly or with the sheet turned over; U and ? fit all."""
     letters_up = ["F" if fold == "flat" else "V" if fold == "valley" else "M" for fold in folding.assignment]
     letters_down = [{"V": "M", "M": "V"}.get(letter, letter) for letter in letters_up]
+    if any(turn == ("1" if letter == "F" else "0") for letter, turn in zip(letters_up, turns, strict=True)):
+        return False
     return any(all(b in ("U", a) for a, b in zip(side, letters, strict=True)) for side in (letters_up, letters_down))
 
 

@@ -63,7 +63,7 @@ class CheckedCircuit:
             "untwisted": sum(status is not None for status in statuses),
             "not locked": sum(status not in (None, "locked") for status in statuses),
             "movable": moves,
-            "deployable by springs": statuses.count("deploys"),
+            "deployed by springs": statuses.count("deploys"),
         }
 
     @property

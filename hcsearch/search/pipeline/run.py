@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from typing import Any
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, StageError
+from hcsearch.basics.undecided_simulations import undecided_counts
 from hcsearch.designs.panel_sizes import panel_text
 from hcsearch.designs.records import DesignBatch, StagedDesigns, StageResult, WorkKey
 from hcsearch.kernels.circuits.words import insert_fingerprints
@@ -158,7 +159,8 @@ class Funnel:
 class RunSummary:
     """The outcome of a run. Times are summed over processes; `arrays` of the funnel counts those of kept designs.
 
-    undecided : foldings that are undecided in the scene; None where no stage judged them.
+    undecided : foldings that are undecided in the scene; None where no stage judged them. not_decided : number of
+    foldings that no simulation decides, by its ending.
     """
 
     funnel: Funnel
@@ -166,6 +168,7 @@ class RunSummary:
     batches_done: int
     batches_reused: int
     undecided: int | None = None
+    not_decided: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass
@@ -217,11 +220,14 @@ def run_dry(plan: Plan, progress: RunProgress | None = None, announce: AnnounceS
         show(done, len(prefixes), totals.note(last))
     pending = [piece for prefix in candidates for piece in candidate_pieces(prefix, candidates[prefix])]
     undecided_count = 0
+    reasons: dict[object, str] = {}
     for verdict in _judged(plan, pending, show, announce):
         totals.add(verdict.results, fresh=True)
         undecided_count += verdict.verdicts.folding_status.count("undecided")
+        reasons |= {(verdict.key, folding): reason for folding, reason in verdict.verdicts.undecided_reasons().items()}
     funnel, done = totals.funnel(plan, arrays.count), len(prefixes) + len(pending)
-    return RunSummary(funnel, totals.seconds, done, 0, undecided_count if plan.scene_stages else None)
+    undecided = undecided_count if plan.scene_stages else None
+    return RunSummary(funnel, totals.seconds, done, 0, undecided, undecided_counts(reasons))
 
 
 def _judged(
@@ -329,8 +335,12 @@ class _Run:
         arrays = store.count_arrays(
             self.database, plan.listing_key, designs=totals.passed.get(stage_keeping(plan.keep).name, 0)
         )
-        undecided_count = len(store.undecided(self.database, plan.judging_key)) if plan.scene_stages else None
-        summary = RunSummary(totals.funnel(plan, arrays), totals.seconds, self.done, self.reused, undecided_count)
+        undecided_count, not_decided = None, {}
+        if plan.scene_stages:
+            undecided_count = len(store.undecided(self.database, plan.judging_key))
+            not_decided = store.undecided_simulations(self.database, plan.judging_key)
+        funnel = totals.funnel(plan, arrays)
+        summary = RunSummary(funnel, totals.seconds, self.done, self.reused, undecided_count, not_decided)
         store.finish_run(
             self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused
         )

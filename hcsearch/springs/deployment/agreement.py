@@ -1,7 +1,8 @@
-"""Agreement of a deployment that becomes flat with simulations of it at tighter tolerances; arrivals at stops.
+"""Agreement of a deployment with simulations of it at tighter tolerances; arrivals at stops.
 
 Where branches of motions cross, and where rounding determines the rank of the closure equations, a simulation follows
-one of several continuations, and hardly shows whether another one is as likely.
+one of several continuations, and hardly shows whether another one is as likely. Such a motion is branch-singular, in
+whichever way it went here.
 """
 
 from __future__ import annotations
@@ -34,6 +35,17 @@ LOOSE_STATES_SHARE = 0.1
 """Share of states with open loops from which on a motion is taken to follow a branch of singular states. Of the motions
 of 10 and 12 hexagons that become flat at 1e-6 or 1e-7 those of four foldings have 0.16 to 0.79, all others at most
 0.03."""
+BranchSingular = Literal["branch-singular"]
+_DOUBTFUL_ENDINGS: frozenset[Ending] = frozenset({"flat", "jammed", "diverged"})
+"""Endings that simulations at other tolerances confirm: where hinges that rattle at their stops jam, where they jam the
+energy balance may fail as well, and either may become flat."""
+_CONTINUED = (
+    "the motion passes a state where its continuation depends on that: take other springs, or the compliant formulation"
+)
+_LOOSE = (
+    f"branch-singular: loops stay open at {LOOSE_STATES_SHARE:.0%} of its states or more, so that rounding decides "
+    "which closure equations count and how it goes on: take the compliant formulation"
+)
 
 
 class SimulationFindings(NamedTuple):
@@ -52,10 +64,10 @@ class Agreement:
 
     verdict : the common verdict; `undecided` where they differ, or where they deploy along a branch of singular states.
     flat_time : s, in the digits that agree, in one digit where none does; None unless all become flat, at times that
-    differ by a tenth at most.
+    differ by a tenth at most, and not along such a branch.
     reason : the result in a sentence. others : the simulations at the other tolerances.
     needed_margin : m, the least at which all of them are certified clear; least_gap : m, of the first, as of `Play`;
-    both None unless it deploys.
+    both None unless it deploys. outcome : the ending of the first, or `branch-singular`.
     """
 
     verdict: Verdict
@@ -64,11 +76,12 @@ class Agreement:
     others: tuple[SimulationFindings, ...]
     needed_margin: float | None = None
     least_gap: float | None = None
+    outcome: Ending | BranchSingular = "flat"
 
     @property
     def untimed(self) -> bool:
         """Whether all become flat, but at times that do not agree."""
-        return self.flat_time is None and all(other.outcome == "flat" for other in self.others)
+        return self.flat_time is None and self.outcome == "flat"
 
 
 def agreement_tolerances(tolerance: float, formulation: Formulation = "constrained") -> tuple[float, ...]:
@@ -78,22 +91,41 @@ def agreement_tolerances(tolerance: float, formulation: Formulation = "constrain
     return tuple(tolerance * share if looser else tolerance / share for share in shares)
 
 
-def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agreement:
-    """Compare a simulation that becomes flat, the first one, with others at other tolerances."""
+def is_doubtful(check: DeploymentCheck) -> bool:
+    """Return whether the ending of a deployment may depend on rounding, so that other simulations must confirm it."""
+    return check.outcome in _DOUBTFUL_ENDINGS or check.loose_share >= LOOSE_STATES_SHARE
+
+
+def tolerances_to_confirm(
+    check: DeploymentCheck, tolerance: float, formulation: Formulation = "constrained"
+) -> tuple[float, ...]:
+    """Return the tolerances at which a doubtful deployment is simulated again: none where its loops say enough."""
+    if check.outcome != "flat" and check.verdict != "collides" and check.loose_share >= LOOSE_STATES_SHARE:
+        return ()
+    return agreement_tolerances(tolerance, formulation)
+
+
+def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agreement | None:
+    """Compare a simulation whose ending is doubtful, the first one, with others at other tolerances.
+
+    None where it does not become flat, and the others end or collide as it does.
+    """
     first, others = simulations[0], tuple(simulations[1:])
     verdict: Verdict = (
         first.verdict if all(simulation.verdict == first.verdict for simulation in others) else "undecided"
     )
-    if any(simulation.outcome != "flat" for simulation in others):
-        outcomes = _each(simulations, [simulation.outcome for simulation in simulations])
-        reason = f"branch-singular: {outcomes}; the motion passes a state where its continuation depends on that"
-        return Agreement(verdict, None, reason, others)
-    time, reason = _flat(simulations)
     loose_share = max(simulation.loose_share for simulation in simulations)
-    if verdict == "deploys" and loose_share >= LOOSE_STATES_SHARE:
-        open_loops = f"at {loose_share:.0%} of its states loops stay open"
-        cause = f"{open_loops}, so that rounding decides which closure equations count"
-        return Agreement("undecided", time, f"branch-singular: {reason}, but {cause}", others)
+    if verdict != "collides" and loose_share >= LOOSE_STATES_SHARE:
+        return Agreement("undecided", None, _LOOSE, others, outcome="branch-singular")
+    if verdict == "collides" and first.outcome != "flat":
+        return None
+    if any(simulation.outcome != first.outcome for simulation in others):
+        outcomes = _each(simulations, [simulation.outcome for simulation in simulations])
+        reason = f"branch-singular: {outcomes}; {_CONTINUED}"
+        return Agreement(verdict, None, reason, others, outcome="branch-singular")
+    if first.outcome != "flat":
+        return None
+    time, reason = _flat(simulations)
     if any(simulation.verdict != first.verdict for simulation in others):
         reason += f", but {_each(simulations, [simulation.verdict for simulation in simulations])}"
     return Agreement(verdict, time, reason, others)
@@ -102,16 +134,16 @@ def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agree
 def confirm_deployment(
     deployment: Deployment, *, method: str | None = None, tolerance: float = 1e-6
 ) -> Agreement | None:
-    """Simulate a deployment at other tolerances and compare; None unless it becomes flat at the given one."""
-    if deployment.outcome != "flat":
+    """Simulate a deployment at other tolerances and compare; None where its ending is none that they confirm."""
+    if not is_doubtful(deployment.check):
         return None
     compiled, certified = deployment.compiled, deployment.clearance is not None
     steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
-    tolerances = agreement_tolerances(tolerance, compiled.formulation)
+    tolerances = tolerances_to_confirm(deployment.check, tolerance, compiled.formulation)
     simulated = partial(simulate_compiled, compiled, method=method, certified=certified, max_steps=steps)
     others = [simulated(tolerance=other) for other in tolerances]
     agreement = agreement_of_checks([other.check for other in (deployment, *others)], (tolerance, *tolerances))
-    if agreement.verdict != "deploys" or deployment.play is None:
+    if agreement is None or agreement.verdict != "deploys" or deployment.play is None:
         return agreement
     needed = deployment.play.needed_margin
     for other in others:
@@ -119,8 +151,8 @@ def confirm_deployment(
     return replace(agreement, needed_margin=needed, least_gap=deployment.play.least_gap)
 
 
-def agreement_of_checks(checks: Sequence[DeploymentCheck], tolerances: Sequence[float]) -> Agreement:
-    """Compare checks at several tolerances, the first of which becomes flat."""
+def agreement_of_checks(checks: Sequence[DeploymentCheck], tolerances: Sequence[float]) -> Agreement | None:
+    """Compare checks at several tolerances, as `agreement_of_simulations` does."""
     pairs = zip(checks, tolerances, strict=True)
     return agreement_of_simulations(
         [SimulationFindings(at, check.outcome, check.verdict, check.end_time, check.loose_share) for check, at in pairs]

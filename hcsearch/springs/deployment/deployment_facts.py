@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def deployment_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
     """Return a deployment as plain data; keys name their units, and numbers that are not finite are None.
 
-    agreement : with the same deployment at tighter tolerances, where it becomes flat; its verdict and time are used.
+    agreement : with the same deployment at tighter tolerances; its verdict, time and outcome are used.
     """
     return {name: finite_or_none(value) for name, value in _facts(deployment, agreement).items()}
 
@@ -69,7 +69,7 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "loops": len(compiled.linkage.loops),
         "joints_simulated": compiled.system.n_joints,
         "seconds": compiled.seconds,
-        "outcome": deployment.outcome,
+        "outcome": deployment.outcome if agreement is None else agreement.outcome,
         "flat_time_s": flat_time,
         "end_time_s": float(motion.times[-1]) if flat_time is None and not untimed else flat_time,
         "other_tolerances": None if agreement is None else [other.tolerance for other in agreement.others],
@@ -183,7 +183,7 @@ def draw_deployment(deployment: Deployment, path: str, title: str) -> None:
     """Draw fold angles and energies over time, as PNG, SVG or PDF by the file's ending."""
     motion = deployment.motion
     times = np.linspace(0.0, motion.times[-1], 400) if len(motion.times) > 1 else motion.times
-    angles = deployment.compiled.of_hinges(motion.at(times), np.zeros((len(times), motion.q.shape[1])))[0]
+    angles = deployment.angles_at(times)
     with figure_for(path, (9, 6)) as figure:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
         draw_angle_curves(above, times, angles, labels_of(deployment.compiled.linkage).hinges)
@@ -211,7 +211,8 @@ class Deployed:
     deployment
         The simulation, with its states.
     agreement
-        The agreement with simulations at tighter tolerances; None if the array does not become flat or is driven.
+        The agreement with simulations at tighter tolerances; None if the array is driven, or certainly does not become
+        flat.
     """
 
     name: str
@@ -277,7 +278,7 @@ def deploy_linkage(
     tolerance: float = 1e-6,
     drives: Drives | None = None,
 ) -> Deployed:
-    """Deploy a linkage in a scene; simulate it at tighter tolerances, too, if it becomes flat by springs alone."""
+    """Deploy a linkage in a scene; simulate it at tighter tolerances, too, if its ending by springs may be doubtful."""
     deployment = simulate_deployment(linkage, scene, formulation, method=method, tolerance=tolerance, drives=drives)
     agreement = None if drives is not None else confirm_deployment(deployment, method=method, tolerance=tolerance)
     return Deployed(name, deployment, agreement)

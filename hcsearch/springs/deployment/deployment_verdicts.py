@@ -29,6 +29,8 @@ from hcsearch.springs.deployment.agreement import (
     Agreement,
     agreement_of_checks,
     agreement_tolerances,
+    is_doubtful,
+    tolerances_to_confirm,
 )
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
 from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck
@@ -135,16 +137,25 @@ class _Verdicts:
         return dict(zip(scenes, checks, strict=True))
 
     def _agreed(self, scenes: TriedScenes, checks: TrialChecks) -> dict[TriedVariant, Agreement]:
-        """Return the agreement at other tolerances of all trials that deploy."""
+        """Return the agreement at other tolerances of all trials that deploy, and of doubtful ones as written."""
         deploying = {tried: scenes[tried] for tried, check in checks.items() if check.deploys}
         plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
         # motions that are clear with the margin that the first one needs are clear with the scene's
         tight = {k: (scene, checked_panels_of(scene, plays[k].needed_margin)) for k, (scene, _) in deploying.items()}
         checks_at = [self._check(tight, _as_near(tolerance)) for tolerance in agreement_tolerances(VERDICT_TOLERANCE)]
-        return {
+        agreements = {
             k: self._agreement(k, scene, checks[k], [other[k] for other in checks_at], plays[k])
             for k, scene in deploying.items()
         }
+        for (i, variant), check in checks.items():
+            if variant.as_written and check.outcome != "flat" and is_doubtful(check):
+                tried = {(i, variant): scenes[i, variant]}
+                tolerances = tolerances_to_confirm(check, VERDICT_TOLERANCE)
+                others = [self._check(tried, _as_near(tolerance))[i, variant] for tolerance in tolerances]
+                agreement = agreement_of_checks([check, *others], (VERDICT_TOLERANCE, *tolerances))
+                if agreement is not None:
+                    agreements[i, variant] = agreement
+        return agreements
 
     def _agreement(
         self, tried: TriedVariant, scene: TriedScene, first: DeploymentCheck, others: list[DeploymentCheck], play: Play
@@ -161,6 +172,7 @@ class _Verdicts:
                     motion = simulate_compiled(scene[0], certified=False, **_as_near(tolerance)).motion
                     needed = needed_margin_of(scene[0], motion, needed)
         agreement = agreement_of_checks([first, *others], (VERDICT_TOLERANCE, *tolerances))
+        assert agreement is not None  # as the first is flat
         return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
     def _record_trial(
@@ -258,7 +270,7 @@ class _Verdicts:
             status=status,
             reason=reason,
             clearance=clearance,
-            first_contact=check.collision[0] if check.collision is not None and check.verdict == "collides" else None,
+            first_contact=check.collision[0] if check.collision is not None and status == "collides" else None,
             deploy_time=agreed.flat_time if agreed is not None and status == "deploys" else None,
             energy_error=check.drift,
             closure_error=check.opening * size,

@@ -119,9 +119,13 @@ def _numbers(value: Any) -> Reals:
         numbers = np.array(value)
     except ValueError as error:
         raise SceneError(_NO_NUMBERS) from error
-    if numbers.dtype.kind not in "iuf":
+    if numbers.dtype.kind not in "iuf" or _holds_truth(value):  # NumPy takes true among numbers for 1
         raise SceneError(_NO_NUMBERS)
     return numbers.astype(float)
+
+
+def _holds_truth(value: Any) -> bool:
+    return isinstance(value, bool) or (isinstance(value, list) and any(map(_holds_truth, value)))
 
 
 def drives_text(drives: Drives, labels: Labels) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.multibody.events import INTERPOLATED_STATE_RESIDUAL
 from hcsearch.motion.collision.clearance import certify_clearance, least_gap_of_motion
 from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, TOUCHING_DISTANCE, scale_of
 from hcsearch.motion.collision.panel_reaches import slack_of
@@ -38,8 +39,9 @@ def course_of_deployment(compiled: CompiledScene, motion: Motion) -> DeploymentC
     angles, rates, accelerations = map(np.ascontiguousarray, (angles, rates, accelerations))
     if (compiled.joint_of < 0).any():  # the extension of the springs of cut hinges opens the loops
         gaps = np.maximum(gaps, motion.gap)
-    # springs that close loops yield at impacts, for moments; exact loops hardly open at all
-    slack = slack_of(compiled.linkage, 1.0) * (gaps if motion.cubic else gaps.max(initial=0.0))
+    # springs that close loops yield at impacts, for moments; exact loops hardly open at all, but near singular states
+    local = motion.cubic or gaps.max(initial=0.0) > INTERPOLATED_STATE_RESIDUAL
+    slack = slack_of(compiled.linkage, 1.0) * (gaps if local else gaps.max(initial=0.0))
     return DeploymentCourse(Course(times, angles, rates, accelerations, cubic), slack)
 
 

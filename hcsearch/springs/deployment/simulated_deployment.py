@@ -33,8 +33,15 @@ from hcsearch.springs.deployment.outcomes import (
     reason_with_clearance,
 )
 from hcsearch.springs.deployment.play import Play, course_of_deployment, play_of_deployment
+from hcsearch.springs.dynamics.integration_methods import interpolate_motion
 from hcsearch.springs.dynamics.position_control import DrivenMotion, simulate_driven
-from hcsearch.springs.dynamics.time_integration import Motion, greatest_opening, loose_states, simulate_system
+from hcsearch.springs.dynamics.time_integration import (
+    Motion,
+    closed_between,
+    greatest_opening,
+    loose_states,
+    simulate_system,
+)
 from hcsearch.system.work_steps import work_step
 
 DRIVEN_STEP_TOLERANCE = 1e-5
@@ -76,8 +83,7 @@ class Deployment(ByValue):
         collision, angles = None, end
         if clearance is not None and clearance.time is not None and clearance.panels is not None:
             collision = (clearance.time, clearance.panels) if clear is False else None
-            q = motion.at(np.array([clearance.time]))
-            angles = self.compiled.of_hinges(q, np.zeros_like(q))[0][0]
+            angles = self.angles_at(np.array([clearance.time]))[0]
         return DeploymentCheck(
             outcome=self.outcome,
             end_time=float(motion.times[-1]),
@@ -95,6 +101,12 @@ class Deployment(ByValue):
             looks=0 if clearance is None else clearance.bound_count,
             loose_share=loose_states(self.compiled.system, motion),
         )
+
+    def angles_at(self, times: Reals) -> Reals:
+        """Interpolate the fold angles at times, shape (len(times), n_hinges), with closed loops between the states."""
+        (nodes, q, v, a), _ = closed_between(self.compiled.system, self.motion)
+        at_times = interpolate_motion(nodes, q, v, None if self.motion.cubic else a, times)
+        return self.compiled.of_hinges(at_times, np.zeros_like(at_times))[0]
 
     @property
     def sentence(self) -> str:

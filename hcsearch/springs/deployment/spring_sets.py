@@ -18,6 +18,9 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.dynamics.mirror import mirror_of
 
+STIFFNESS_DIGITS = 12
+"""Significant digits of the stiffnesses of spring sets."""
+
 
 def tied_hinges(linkage: Linkage, held: int) -> tuple[tuple[int, ...], ...]:
     """Group mirror images of hinges, which get equal springs for a symmetric deployment (thesis 4.5.4).
@@ -78,8 +81,7 @@ def springs_of(folding: Folding, panel: PanelSize, compiled: CompiledScene, name
         directed = np.where(weights < 0.0, 1.0 - places, places)
         softness = directed @ np.abs(weights) / np.abs(weights).sum()
     softer = max(softest, stiffest / GRADED_STIFFNESS_RATIO)
-    springs: Reals = stiffest * (softer / stiffest) ** softness
-    return springs
+    return _rounded(stiffest * (softer / stiffest) ** softness)
 
 
 def _places(folding: Folding, panel: PanelSize, compiled: CompiledScene) -> Reals:
@@ -107,6 +109,12 @@ def _places(folding: Folding, panel: PanelSize, compiled: CompiledScene) -> Real
     return places
 
 
+def _rounded(stiffnesses: Reals) -> Reals:
+    """Round to `STIFFNESS_DIGITS`, as the last bits of powers depend on the processor."""
+    rounded = [float(f"{stiffness:.{STIFFNESS_DIGITS}g}") for stiffness in stiffnesses.ravel()]
+    return np.array(rounded).reshape(stiffnesses.shape)
+
+
 @cache
 def spring_sets(n_joints: int, count: int, softest: float, stiffest: float) -> Reals:
     """Return stiffnesses (N m/rad) spread evenly over the logarithms between two bounds, shape (count, n_joints).
@@ -116,6 +124,6 @@ def spring_sets(n_joints: int, count: int, softest: float, stiffest: float) -> R
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many deployments to compute
 
     points = qmc.Sobol(n_joints, seed=1).random(count)
-    stiffness: Reals = softest * (stiffest / softest) ** points
+    stiffness = _rounded(softest * (stiffest / softest) ** points)
     stiffness.flags.writeable = False
     return stiffness

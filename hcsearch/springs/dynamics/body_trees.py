@@ -27,7 +27,8 @@ class Body(ByValue):
     def about(self, point: Reals) -> Reals:
         """Return the inertia about another point, shape (3, 3)."""
         offset = self.centre - point
-        return self.inertia + self.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        squares = float((offset * offset).sum())  # BLAS would add them up in another order on another processor
+        return self.inertia + self.mass * (squares * np.eye(3) - np.outer(offset, offset))
 
 
 def joined_body(bodies: Iterable[Body]) -> Body:

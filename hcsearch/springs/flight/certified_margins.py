@@ -1,9 +1,9 @@
 """Lower bounds of torque margins at all closed states beside a proved path, between its states too.
 
 Around a closed state the screws of hinges turn by no more than the hinges do. So the best rates there, corrected by as
-much as loops then open, are closed rates at all states near by, and their ratio bounds the margin from below
-(docs/explanation/flight_margins.md, 5). Intervals of the path are halved until that bound is near the least margin.
-Near singular states corrections are not bounded: these parts of a path stay without a bound, and are told.
+much as loops then open, are closed rates at all states near by, and their ratio bounds the margin from below, also with
+a spring failed (docs/explanation/flight_margins.md, 5). Intervals of the path are halved until that bound is near the
+least margin. Near singular states corrections are not bounded: these parts of a path stay without a bound, as gaps.
 """
 
 from __future__ import annotations
@@ -14,28 +14,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hcsearch.basics.array_values import ByValue, Flags, Reals, WholeNumbers
+from hcsearch.basics.array_values import ByValue, Flags, Reals, Signs, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.planning.series import centre_screws
 from hcsearch.motion.collision.panel_reaches import longest_way
-from hcsearch.motion.planning.path_proofs import PathProof
 from hcsearch.motion.planning.stretches import cubics_of
 from hcsearch.scenes.laws import Law
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.flight.path_margins import MarginKind
 from hcsearch.springs.flight.torque_margin import (
     CLOSED_RATE_TOLERANCE,
     MARGIN_ROUNDING,
+    ClosedRates,
     allowed_senses,
     closed_rates,
-    torque_margins,
+    kernel_margins,
 )
 
-CERTIFIED_SHARE = 0.9
+CERTIFIED_SHARE = 0.97
 """Share of the least margin at the states tried so far at which intervals are no longer halved."""
-MAX_INTERVAL_DEPTH, MAX_MARGIN_INTERVALS = 12, 40_000
-"""How often an interval between two states is halved, and the greatest number of intervals that are tried."""
+MAX_MARGIN_INTERVALS, LEAST_TURN = 40_000, 16.0
+"""Greatest number of intervals that are tried, and the turn of a hinge, over the wander, below which one with less than
+half of the bound asked for is not halved: else most of the time goes to the last thousandth, at the singular end."""
+GAP_STATES, NEAREST_GAP_SHARE = 12, 0.01
+"""Number of states that are tried in each gap, in geometric progression towards its end, and the nearest to it."""
 
 LAW_RANGE_EXCESS = 0.01
 """How far beyond the stops slopes of laws are bounded (rad): paths are proved to pass them by less."""
@@ -43,24 +45,36 @@ LAW_RANGE_EXCESS = 0.01
 
 @dataclass(frozen=True)
 class CertifiedMargin:
-    """A lower bound of the torque margins on a path.
+    """Lower bounds of the torque margins on a path.
 
-    bound : at all closed states beside the path, but for the gaps; 0 where all of it is a gap. gaps : starts and ends,
-    in the time of the path, of parts without a bound. certified : the share of the time of the path without gaps.
-    least : the least margin at the states that were tried; hinges beyond a stop count as at it. intervals : number that
-    were tried.
+    bound : at all closed states beside the path, but for the gaps; 0 where all of it is a gap. failed : the same with
+    any one spring failed. gaps : starts and ends, in the time of the path, of parts without a bound. certified : the
+    share of the time of the path without gaps. least, least_failed : the least margins at the states that were tried,
+    at the times weakest and weakest_failed; hinges beyond a stop count as at it. intervals : number that were tried.
     """
 
     bound: float
+    failed: float
     gaps: tuple[tuple[float, float], ...]
     certified: float
     least: float
+    least_failed: float
+    weakest: float
+    weakest_failed: float
     intervals: int
 
-    @property
-    def kind(self) -> MarginKind:
-        """Whether the bound holds on the whole path."""
-        return "sampled" if self.gaps else "bound"
+
+@dataclass(eq=False)
+class _Least:
+    """The least margins at the states tried so far, with all springs and with one failed, and their times."""
+
+    margins: list[float]
+    times: list[float]
+
+    def take(self, which: int, margins: Reals, times: Reals) -> None:
+        """Take margins (k,) at some times."""
+        if len(margins) and margins.min() < self.margins[which]:
+            self.margins[which], self.times[which] = float(margins.min()), float(times[margins.argmin()])
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,16 +85,20 @@ class _Intervals(ByValue):
     starts: Reals
     ends: Reals
 
-    def halves(self, kept: WholeNumbers) -> _Intervals:
-        """Return both halves of some intervals."""
-        steps, starts, ends = self.steps[kept], self.starts[kept], self.ends[kept]
-        middles = 0.5 * (starts + ends)
-        return _Intervals(np.r_[steps, steps], np.r_[starts, middles], np.r_[middles, ends])
+    def parts(self, counts: WholeNumbers) -> _Intervals:
+        """Return equal parts of intervals; counts : (k,), how many of each, 0 where it is left out."""
+        own = np.repeat(np.arange(len(counts)), counts)
+        number = np.arange(len(own)) - np.repeat(np.cumsum(counts) - counts, counts)
+        starts, lengths = self.starts[own], ((self.ends - self.starts) / np.maximum(counts, 1))[own]
+        return _Intervals(self.steps[own], starts + number * lengths, starts + (number + 1) * lengths)
 
 
-def wander_of(linkage: Linkage, proof: PathProof) -> float:
-    """Return the greatest deviation of closed states from the motion of a proof, summed over hinges (rad)."""
-    return math.log1p(proof.slack / longest_way(linkage))
+def wander_of(linkage: Linkage, slack: float) -> float:
+    """Return the greatest deviation of closed states from the motion of a proof, summed over hinges (rad).
+
+    slack : m, of `PathProof`.
+    """
+    return math.log1p(slack / longest_way(linkage))
 
 
 def steepest_slopes(laws: Sequence[Law]) -> Reals:
@@ -120,67 +138,146 @@ def certified_margin(
     """
     if not course.cubic:
         raise HcsearchError("margins are bounded along cubics: give the motion of a proof of its path")
-    cubics = cubics_of(course.times, course.angles, course.rates)
-    lengths = np.diff(course.times)
-    count = len(cubics)
+    bounding = _Bounding(linkage, course, wander, torques_at, slopes, friction)
+    count = len(course.times) - 1
     intervals = _Intervals(np.arange(count), np.zeros(count), np.ones(count))
-    bound = least = math.inf
-    tried = 0
-    for depth in range(MAX_INTERVAL_DEPTH + 1):
-        margins, bounds = _bounds_of(linkage, cubics, intervals, wander, torques_at, slopes, friction)
-        tried += len(margins)
-        least = min(least, float(margins.min()))
-        reached = bounds >= CERTIFIED_SHARE * least
-        bound = min(bound, float(bounds[reached].min(initial=math.inf)))
-        left = np.flatnonzero(~reached)
-        if not len(left) or depth == MAX_INTERVAL_DEPTH or tried + 2 * len(left) > MAX_MARGIN_INTERVALS:
-            break
-        intervals = intervals.halves(left)
-    starts = course.times[intervals.steps[left]] + lengths[intervals.steps[left]] * intervals.starts[left]
-    ends = course.times[intervals.steps[left]] + lengths[intervals.steps[left]] * intervals.ends[left]
-    gaps = _joined(starts, ends)
-    certified = 1.0 - sum(end - start for start, end in gaps) / float(course.times[-1] - course.times[0])
-    return CertifiedMargin(bound if math.isfinite(bound) else 0.0, gaps, certified, least, tried)
-
-
-def _joined(starts: Reals, ends: Reals) -> tuple[tuple[float, float], ...]:
-    """Join intervals that meet, in order."""
-    joined: list[tuple[float, float]] = []
-    for start, end in sorted(zip(starts.tolist(), ends.tolist(), strict=True)):
-        if joined and start <= joined[-1][1] * (1.0 + MARGIN_ROUNDING):
-            joined[-1] = joined[-1][0], end
+    least, bound, tried, unsettled = _Least([math.inf, math.inf], [math.nan, math.nan]), np.full(2, math.inf), 0, []
+    while len(intervals.steps):
+        bounds, turns = bounding.bounds_in(intervals, least)
+        tried += len(bounds)
+        asked = CERTIFIED_SHARE * np.array(least.margins)
+        left = (bounds < asked).any(axis=1)
+        bound = np.minimum(bound, bounds[~left].min(axis=0, initial=math.inf))
+        low = (bounds < 0.5 * asked).any(axis=1)
+        counts = np.where(low, 4, 2) * (left & (turns > np.where(low, LEAST_TURN, 1.0) * wander))
+        if tried + counts.sum() > MAX_MARGIN_INTERVALS:
+            counts[:] = 0
+        kept = left & (counts == 0)
+        unsettled.append(np.c_[bounding.ends_of(intervals), bounds][kept])
+        intervals = intervals.parts(counts)
+    gaps = []
+    for part in _joined(np.concatenate(unsettled)):
+        own = part[:, 2:].min(axis=0)
+        if own.min() > 0.0:  # as near the least margin as intervals of this size allow
+            bound = np.minimum(bound, own)
         else:
-            joined.append((start, end))
-    return tuple(joined)
+            gaps.append((float(part[0, 0]), float(part[-1, 1])))
+    certified = 1.0 - sum(end - start for start, end in gaps) / float(course.times[-1] - course.times[0])
+    whole, failed = np.where(np.isfinite(bound), bound, 0.0).tolist()
+    (margin, margin_failed), (time, time_failed) = least.margins, least.times
+    return CertifiedMargin(whole, failed, tuple(gaps), certified, margin, margin_failed, time, time_failed, tried)
 
 
-def _bounds_of(
-    linkage: Linkage,
-    cubics: Reals,
-    intervals: _Intervals,
-    wander: float,
-    torques_at: Callable[[Reals], Reals],
-    slopes: Reals,
-    friction: Reals,
-) -> tuple[Reals, Reals]:
-    """Return the margins at the middles of intervals, and lower bounds of those at all closed states in them, (k,)."""
-    middles, turns = _boxes_of(cubics, intervals)
-    turns = turns + wander
-    near_flat, near_packed = middles <= turns, middles >= math.pi - turns
-    senses = near_packed.astype(np.int8) - near_flat.astype(np.int8)  # what stops allow in all of the interval
-    jacobians = np.array([linkage.closure(state)[1] for state in middles])
-    torques = torques_at(middles)
-    closed = closed_rates(jacobians)
-    margins = torque_margins(closed, torques, friction, allowed_senses(middles)).bounds
-    rates = torque_margins(closed, torques, friction, senses).rates
-    off = _corrections(linkage, jacobians, turns, rates, senses == 0)
-    changes = slopes * turns
-    sizes = np.linalg.norm(torques, axis=1) + np.linalg.norm(changes, axis=1)
-    power = (torques * rates).sum(axis=1) - (changes * np.abs(rates)).sum(axis=1) - off * sizes
-    losses = (friction * np.abs(rates)).sum(axis=1) + off * np.linalg.norm(friction)
-    usable = np.isfinite(off) & (power > 0.0) & (losses > 0.0) & ~(near_flat & near_packed).any(axis=1)
-    bounds = np.where(usable, power, 0.0) / np.where(usable, losses, 1.0)
-    return margins, bounds * (1.0 - CLOSED_RATE_TOLERANCE)
+def gap_times(course: Course, gaps: Sequence[tuple[float, float]]) -> Reals:
+    """Return times at which the margins in gaps are sampled; those at an end of the course crowd towards it."""
+    shares = np.geomspace(NEAREST_GAP_SHARE, 1.0, GAP_STATES)
+    return np.concatenate(
+        [end - (end - start) * (1.0 - shares if start == course.times[0] else shares) for start, end in gaps]
+        or [np.empty(0)]
+    )
+
+
+def _joined(rows: Reals) -> list[Reals]:
+    """Return rows, which begin with the ends of an interval, in groups of intervals that meet, in order."""
+    rows = rows[np.argsort(rows[:, 0])]
+    apart = np.flatnonzero(rows[1:, 0] > rows[:-1, 1] * (1.0 + MARGIN_ROUNDING)) + 1
+    return np.split(rows, apart) if len(rows) else []
+
+
+class _Bounding:
+    """Bounds of the margins at all closed states in intervals of a path; arguments as of `certified_margin`."""
+
+    def __init__(
+        self,
+        linkage: Linkage,
+        course: Course,
+        wander: float,
+        torques_at: Callable[[Reals], Reals],
+        slopes: Reals,
+        friction: Reals,
+    ) -> None:
+        self.linkage, self.wander, self.torques_at, self.slopes = linkage, wander, torques_at, slopes
+        self.friction, self.times, self.lengths = friction, course.times, np.diff(course.times)
+        self.cubics = cubics_of(course.times, course.angles, course.rates)
+
+    def ends_of(self, intervals: _Intervals) -> Reals:
+        """Return the times at which intervals start and end, (k, 2)."""
+        lengths = self.lengths[intervals.steps]
+        ends: Reals = self.times[intervals.steps][:, None] + np.c_[lengths * intervals.starts, lengths * intervals.ends]
+        return ends
+
+    def bounds_in(self, intervals: _Intervals, least: _Least) -> tuple[Reals, Reals]:
+        """Return lower bounds of the margins in intervals, (k, 2), with all springs and with any one failed.
+
+        Those with a spring failed are improved only where they are less than asked for. least : takes the margins at
+        the middles. Beside them the greatest turns of a hinge from the middle, (k,), are returned.
+        """
+        middles, turns = _boxes_of(self.cubics, intervals)
+        boxes = _Boxes.of(self, middles, turns + self.wander)
+        times = self.ends_of(intervals).mean(axis=1)
+        margins, rates = boxes.best(np.arange(len(times)), boxes.torques)
+        least.take(0, margins, times)
+        whole, each = boxes.bounds(np.arange(len(times)), rates)
+        for hinge in np.flatnonzero((each < CERTIFIED_SHARE * least.margins[1]).any(axis=0)).tolist():
+            low = np.flatnonzero(each[:, hinge] < CERTIFIED_SHARE * least.margins[1])
+            failed = boxes.torques[low]
+            failed[:, hinge] = 0.0
+            margins, rates = boxes.best(low, failed)
+            least.take(1, margins, times[low])
+            each[low, hinge] = np.maximum(each[low, hinge], boxes.bounds(low, rates)[1][:, hinge])
+        return np.c_[whole, each.min(axis=1)], turns.max(axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Boxes(ByValue):
+    """Boxes of fold angles around k states, in which closed states are compared.
+
+    turns : (k, n_hinges), how far hinges are from the middles at most. senses : what stops allow at the middle, and
+    allowed, in all of the box. torques, changes : at the middle, and by how much they differ from these at most.
+    usable : (k,), where no hinge is near both stops.
+    """
+
+    of_path: _Bounding
+    turns: Reals
+    closed: ClosedRates
+    senses: Signs
+    allowed: Signs
+    torques: Reals
+    changes: Reals
+    usable: Flags
+
+    @staticmethod
+    def of(path: _Bounding, middles: Reals, turns: Reals) -> _Boxes:
+        """Return boxes around middles, (k, n_hinges)."""
+        near_flat, near_packed = middles <= turns, middles >= math.pi - turns
+        closed = closed_rates(np.array([path.linkage.closure(state)[1] for state in middles]))
+        allowed = near_packed.astype(np.int8) - near_flat.astype(np.int8)
+        usable = ~np.any(near_flat & near_packed, axis=1)
+        changes = path.slopes * turns
+        return _Boxes(path, turns, closed, allowed_senses(middles), allowed, path.torques_at(middles), changes, usable)
+
+    def best(self, boxes: WholeNumbers, torques: Reals) -> tuple[Reals, Reals]:
+        """Return upper bounds of the margins at the middles of some boxes, and the best rates in all of each."""
+        closed, friction = self.closed.take(boxes), self.of_path.friction
+        found = kernel_margins(closed, torques, friction, self.senses[boxes])
+        rates, differ = found.rates.copy(), np.flatnonzero((self.senses[boxes] != self.allowed[boxes]).any(axis=1))
+        own = kernel_margins(closed.take(differ), torques[differ], friction, self.allowed[boxes[differ]])
+        rates[differ] = own.rates
+        return found.bounds, rates
+
+    def bounds(self, boxes: WholeNumbers, rates: Reals) -> tuple[Reals, Reals]:
+        """Return what rates bound in some boxes, (k,), and with each spring failed, (k, n_hinges)."""
+        friction, torques, changes = self.of_path.friction, self.torques[boxes], self.changes[boxes]
+        free = self.allowed[boxes] == 0
+        off = _corrections(self.of_path.linkage, self.closed.jacobians[boxes], self.turns[boxes], rates, free)
+        sizes = np.linalg.norm(torques, axis=1) + np.linalg.norm(changes, axis=1)
+        powers = torques * rates - changes * np.abs(rates)
+        losses = (friction * np.abs(rates)).sum(axis=1) + off * np.linalg.norm(friction)
+        usable = self.usable[boxes] & np.isfinite(off) & (losses > 0.0)
+        kept = np.where(usable, (1.0 - CLOSED_RATE_TOLERANCE) / np.where(usable, losses, 1.0), 0.0)
+        power = powers.sum(axis=1) - np.where(usable, off, 0.0) * sizes
+        each = np.maximum(power[:, None] - powers, 0.0) * kept[:, None]
+        return np.maximum(power, 0.0) * kept, each
 
 
 def _boxes_of(cubics: Reals, intervals: _Intervals) -> tuple[Reals, Reals]:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
@@ -16,6 +19,7 @@ from hcsearch.springs.flight.craft import craft_clearance
 from hcsearch.springs.flight.deployed_modes import DeployedModes, deployed_modes, flat_stiffness
 from hcsearch.springs.flight.latching import latch_bounds
 from hcsearch.springs.flight.law_torques import law_torques
+from hcsearch.springs.flight.margin_figures import MarginFigures, margin_figures
 from hcsearch.springs.flight.panel_rates import FloatingBase
 from hcsearch.springs.flight.path_margins import PathMargins, margins_along
 from hcsearch.springs.flight.shape_errors import shape_errors
@@ -27,9 +31,10 @@ from hcsearch.system.work_steps import work_step
 @work_step("computing the figures of the motion")
 def figures_of(travel: Travel) -> FlightNumbers:
     """Return the figures of a folding in a scene; those of its motion only where there is one."""
-    figures = _stowage(travel) | _shape(travel) | _modes(travel)
+    standard = travel.standard  # so that congruent foldings have equal figures
+    figures = _stowage(travel) | _shape(standard) | _modes(standard)
     if travel.source != "none":
-        figures |= _margins(travel) | _latches(travel) | _gaps(travel)
+        figures |= _margins(travel) | _latches(standard) | _clearance(standard) | _craft(travel)
     return FlightNumbers(**figures)
 
 
@@ -52,6 +57,17 @@ def travel_margins(travel: Travel, resistance: Reals | None = None) -> PathMargi
         law_torques(travel.setup.laws, travel.states),
         travel.hardware.resistance if resistance is None else resistance,
     )
+
+
+def least_margins(travel: Travel, resistance: Reals | None = None) -> MarginFigures:
+    """Return the least torque margins of a travel with a motion; resistance : as above.
+
+    Congruent foldings have equal ones, as all take them from the linkage that is simulated in their place.
+    """
+    standard, hinges = travel.standard, travel.standard_hinges
+    friction = (travel.hardware.resistance if resistance is None else resistance)[hinges]
+    found = margin_figures(standard, friction, travel_margins(standard, friction))
+    return MarginFigures(*(replace(one, hinge=int(hinges[one.hinge]) if one.hinge >= 0 else -1) for one in found))
 
 
 def _stowage(travel: Travel) -> dict[str, Any]:
@@ -95,16 +111,14 @@ def _latches(travel: Travel) -> dict[str, Any]:
 
 
 def _margins(travel: Travel) -> dict[str, Any]:
-    margins = travel_margins(travel)
-    state, failed = margins.least_state, margins.least_failed_state
-    least, hinge = float(margins.margins[state]), int(margins.hinges[state])
-    if math.isinf(least):  # nothing resists, and springs drive at every state
-        return {}
+    whole, failed = least_margins(travel)
+    if whole.value is None or math.isinf(whole.value):  # nothing resists, and springs drive at every state
+        return {"torque_margin_failed": _finite(failed.value)}
     return {
-        "torque_margin": least,
-        "torque_margin_hinge": labels_of(travel.linkage).hinges[hinge] if hinge >= 0 else None,
-        "torque_margin_at": float(travel.shares[state]),
-        "torque_margin_failed": _finite(float(margins.failed[failed])),
+        "torque_margin": whole.value,
+        "torque_margin_hinge": labels_of(travel.linkage).hinges[whole.hinge] if whole.hinge >= 0 else None,
+        "torque_margin_at": whole.at,
+        "torque_margin_failed": _finite(failed.value),
     }
 
 
@@ -117,28 +131,31 @@ def _shape(travel: Travel) -> dict[str, Any]:
     }
 
 
-def _gaps(travel: Travel) -> dict[str, Any]:
-    """Return the figures that need the motion at all times; none where neither tolerances nor a craft are given."""
-    tolerances, craft = tolerances_of(travel), travel.hardware.craft
-    if tolerances.are_zero and not craft:
+def _clearance(travel: Travel) -> dict[str, Any]:
+    """Return the least gap over the tolerances at all times; none without tolerances."""
+    tolerances = tolerances_of(travel)
+    found = None if tolerances.are_zero else _course(travel)
+    if found is None:
         return {}
+    ratio = clearance_ratio(travel.linkage, *found, tolerances, travel.setup.margin)
+    return {"clearance_ratio": None if ratio is None else ratio.ratio}
+
+
+def _craft(travel: Travel) -> dict[str, Any]:
+    """Return the least gap to the craft at all times; none without a craft."""
+    craft = travel.hardware.craft
+    found = _course(travel) if craft else None
+    return {} if found is None else {"craft_clearance": craft_clearance(travel.linkage, *found, craft, root_of(travel))}
+
+
+def _course(travel: Travel) -> tuple[Course, float] | None:
+    """Return the motion at all times and its slack; None where a path is proved no more."""
     try:
-        course, slack = _course(travel)
+        course, slack = travel.course
     except HcsearchError:
-        return {}
-    figures: dict[str, Any] = {}
-    if not tolerances.are_zero:
-        ratio = clearance_ratio(travel.linkage, course, slack, tolerances, travel.setup.margin)
-        figures["clearance_ratio"] = None if ratio is None else ratio.ratio
-    if craft:
-        figures["craft_clearance"] = craft_clearance(travel.linkage, course, slack, craft, root_of(travel))
-    return figures
+        return None
+    return course, float(np.max(slack, initial=0.0))
 
 
-def _course(travel: Travel) -> tuple[Course, float]:
-    course, slack = travel.course
-    return course, slack if isinstance(slack, float) else float(slack.max(initial=0.0))
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from hcsearch.designs.records import FlightNumbers
+from hcsearch.springs.flight.margin_figures import FigureKind
 from hcsearch.springs.flight.travel import Travel
 from hcsearch.store.columns import FLIGHT_QUANTITIES, flight_value
 
 SENSITIVITY_CHANGE = 0.2
 """Share by which values of a scene are changed for sensitivities."""
 SheetVerdict = Literal["pass", "fail", "not known"]
+FigureSide = Literal["exact", "from below", "from above"]
+"""The direction in which a figure is a bound."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +23,8 @@ class SheetRow:
 
     rule : what is asked for. clause : of the standard. figure, required : in the same unit; no figure where it is not
     known. at_least : whether the figure must be at least the required one, else at most. note : where the figure is
-    least, and in which direction it is a bound.
+    least. kind, side : how the figure is known, and in which direction it is a bound. other : what was computed on the
+    other side of the true figure, such as the least margin at states beside a bound between them; None without it.
     """
 
     rule: str
@@ -30,13 +34,26 @@ class SheetRow:
     unit: str = ""
     at_least: bool = True
     note: str = ""
+    kind: FigureKind = "proved"
+    side: FigureSide = "exact"
+    other: float | None = None
 
     @property
     def verdict(self) -> SheetVerdict:
-        """Whether the rule passes; not known without a figure."""
+        """Whether the rule passes; not known without a figure, and where only what is sampled passes."""
         if self.figure is None:
             return "not known"
-        return "pass" if self.figure == self.required or (self.figure > self.required) == self.at_least else "fail"
+        if self._passes(self.figure):
+            return "not known" if self.kind == "sampled" else "pass"
+        return "not known" if self.other is not None and self._passes(self.other) else "fail"
+
+    @property
+    def known(self) -> str:
+        """How the figure is known, in words."""
+        return "-" if self.figure is None else ", ".join([self.kind, *([self.side] if self.side != "exact" else [])])
+
+    def _passes(self, figure: float) -> bool:
+        return figure == self.required or (figure > self.required) == self.at_least
 
     @property
     def margin(self) -> float | None:
@@ -44,6 +61,15 @@ class SheetRow:
         if self.figure is None or not self.required:
             return None
         return self.figure / self.required - 1.0 if self.at_least else 1.0 - self.figure / self.required
+
+
+class Demand(NamedTuple):
+    """What parts must bear: its name, its value with a unit, the clause, and how it is known."""
+
+    what: str
+    value: str
+    clause: str
+    known: str
 
 
 @dataclass(frozen=True)
@@ -79,7 +105,7 @@ class FlightSheet:
     rows
         The rules.
     demands
-        Name, value with its unit, and clause of what parts must bear.
+        What parts must bear.
     numbers
         All figures.
     sensitivities
@@ -87,7 +113,10 @@ class FlightSheet:
     omitted
         Sentences on what was left out.
     springs
-        Hinge and law of springs with which the motorisation passes, where those of the scene fail.
+        Hinge and law of springs with which the motorisation passes along the same motion, where those of the scene do
+        not pass.
+    advice
+        A sentence on springs that do not pass; empty where they do.
     margins
         Places along the travel, 0 packed, 1 flat, and the torque margin there; for a drawing.
     travel
@@ -101,11 +130,12 @@ class FlightSheet:
     source: str
     standard: str
     rows: tuple[SheetRow, ...]
-    demands: tuple[tuple[str, str, str], ...]
+    demands: tuple[Demand, ...]
     numbers: FlightNumbers
     sensitivities: tuple[Sensitivity, ...] = ()
     omitted: tuple[str, ...] = ()
     springs: tuple[tuple[str, str], ...] = ()
+    advice: str = ""
     margins: tuple[tuple[float, float], ...] = field(default=(), repr=False)
     travel: Travel | None = field(default=None, repr=False, compare=False)
     kind: Literal["folding", "pattern"] = "folding"
@@ -130,9 +160,10 @@ class FlightSheet:
             "standard": self.standard,
             "verdict": self.verdict,
             "rules": rules,
-            "demands": [dict(zip(("what", "value", "clause"), demand, strict=True)) for demand in self.demands],
+            "demands": [demand._asdict() for demand in self.demands],
             "figures": self.figures(),
             "sensitivities": [vars(row) for row in self.sensitivities],
+            "advice": self.advice,
             "springs_that_pass": dict(self.springs),
             "left_out": list(self.omitted),
         }

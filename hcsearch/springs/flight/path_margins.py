@@ -3,13 +3,12 @@
 At a singular state more rates close the loops to first order than belong to motions. There the linear program bounds
 the margin from above, and true motions bound it from below: that of the path, and at ends better ones to which rates
 climb (docs/explanation/flight_margins.md, 4). The flat end is arrived at, so stops count for the motion reversed.
-Between states nothing is known: `certified_margin` bounds margins there.
+Between states `certified_margin` bounds margins.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -27,8 +26,6 @@ from hcsearch.springs.flight.torque_margin import (
     torque_margins_failed,
 )
 
-MarginKind = Literal["exact", "bound", "sampled"]
-"""How a least margin is known: exactly; as a lower bound at all states of a path; or at the states given only."""
 SURELY_LEAVING_RATE = 1e-6
 """Least rate of a hinge, over that of the fastest, that surely leaves its stop."""
 STILL_RATE = 1e-12
@@ -70,7 +67,7 @@ class PathMargins(ByValue):
     rates : (k, n_hinges), of the best motions. hinges : (k,), the hinge whose friction takes most of their power; -1
     where there is none.
     failed, failed_bounds : (k,), as margins and bounds, with the worst spring failed; failed_hinges : (k,), its hinge,
-    -1 where none has a torque.
+    -1 where none has a torque. known, failed_known : (k,), whether margins and bounds meet where they should.
     """
 
     margins: Reals
@@ -82,6 +79,8 @@ class PathMargins(ByValue):
     failed: Reals
     failed_bounds: Reals
     failed_hinges: WholeNumbers
+    known: Flags
+    failed_known: Flags
 
     @property
     def least_state(self) -> int:
@@ -92,11 +91,6 @@ class PathMargins(ByValue):
     def least_failed_state(self) -> int:
         """The state of the least margin with a spring failed, the first of several."""
         return int(self.failed.argmin())
-
-    @property
-    def kind(self) -> MarginKind:
-        """How the least margin of the path is known: exactly if it is 0, as none is less, else at the states only."""
-        return "exact" if self.bounds.min() == 0.0 else "sampled"
 
 
 def path_rates(linkage: Linkage, angles: Reals) -> PathRates:
@@ -147,8 +141,9 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
     factors of a rule beforehand. HcsearchError as in `torque_margins`.
     """
     program = torque_margins(path.rates, torques, friction, path.senses)
-    failed_bounds, failed_hinges = torque_margins_failed(path.rates, torques, friction, path.senses, program)
-    margins, rates, failed = program.margins.copy(), program.rates.copy(), failed_bounds.copy()
+    without = torque_margins_failed(path.rates, torques, friction, path.senses, program)
+    margins, rates = program.margins.copy(), program.rates.copy()
+    failed, failed_hinges = without.margins.copy(), without.hinges.copy()
     for state in np.flatnonzero(path.singular).tolist():
         motions = _motions_at(path, state, torques[state], friction, MAX_FAILURES_TRIED)
         margins[state], rates[state] = _best_of(torques[state], friction, motions)
@@ -162,8 +157,10 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
         rates=rates,
         hinges=np.where(losses.any(axis=1), losses.argmax(axis=1), -1),
         failed=failed,
-        failed_bounds=failed_bounds,
+        failed_bounds=without.bounds,
         failed_hinges=failed_hinges,
+        known=program.known | path.singular,
+        failed_known=without.known | path.singular,
     )
 
 

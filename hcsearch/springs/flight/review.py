@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +15,12 @@ from hcsearch.designs.records import FlightNumbers
 from hcsearch.scenes.envelopes import envelope_sides
 from hcsearch.scenes.laws import scaled_law
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.flight.flight_figures import figures_of, root_of, tolerances_of, travel_margins
-from hcsearch.springs.flight.flight_sheet import SENSITIVITY_CHANGE, FlightSheet, Sensitivity, SheetRow
+from hcsearch.springs.flight.flight_figures import figures_of, least_margins, root_of, tolerances_of, travel_margins
+from hcsearch.springs.flight.flight_sheet import SENSITIVITY_CHANGE, Demand, FlightSheet, Sensitivity, SheetRow
 from hcsearch.springs.flight.footprints import footprint_of
+from hcsearch.springs.flight.latching import arrival_loads
+from hcsearch.springs.flight.law_torques import law_torques
+from hcsearch.springs.flight.margin_figures import MarginFigure
 from hcsearch.springs.flight.path_margins import PathMargins
 from hcsearch.springs.flight.rules import MotorisationRule, Rules
 from hcsearch.springs.flight.shape_errors import shape_errors
@@ -36,6 +41,7 @@ def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: b
     numbers = figures_of(travel)
     reviewed = _Review(travel, rules, numbers, measured)
     rows = tuple(reviewed.rows())
+    springs = reviewed.springs(rows)
     return FlightSheet(
         title=title,
         scene=travel.setup.name,
@@ -46,7 +52,8 @@ def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: b
         numbers=numbers,
         sensitivities=sensitivities_of(travel, numbers),
         omitted=tuple(reviewed.omitted()),
-        springs=reviewed.springs(rows),
+        springs=springs,
+        advice=reviewed.advice(rows, springs),
         margins=reviewed.drawn_margins(),
         travel=travel,
     )
@@ -73,52 +80,77 @@ class _Review:
             yield from self._motorisation(rules.motorisation)
         if rules.clearance is not None:
             clause, ratio = rules.clearance.clause, rules.clearance.ratio
-            note = "least gap over the tolerances, a lower bound" if numbers.clearance_ratio else "no tolerances given"
-            yield SheetRow("clearance over tolerances", clause, numbers.clearance_ratio, ratio, note=note)
+            note = "least gap over the tolerances at all times" if numbers.clearance_ratio else "no tolerances given"
+            figure = numbers.clearance_ratio
+            yield SheetRow("clearance over tolerances", clause, figure, ratio, note=note, **self._at_all_times)
         if rules.frequency is not None:
-            note = "rigid panels on their latches, a lower bound"
-            yield SheetRow(
-                "deployed frequency", rules.frequency.clause, numbers.deployed_hz, rules.frequency.hz, "Hz", note=note
-            )
+            clause, hz, note = rules.frequency.clause, rules.frequency.hz, "rigid panels on their latches"
+            yield SheetRow("deployed frequency", clause, numbers.deployed_hz, hz, "Hz", note=note, side="from below")
         if rules.flatness is not None:
             yield self._flatness(rules.flatness.clause, rules.flatness.mm)
         yield from self._scene_rows()
+
+    @property
+    def _at_all_times(self) -> dict[str, Any]:
+        """How gaps of the motion are known."""
+        return {"kind": "proved" if self.travel.source == "path" else "simulated", "side": "from below"}
 
     def _motorisation(self, rule: MotorisationRule) -> Iterator[SheetRow]:
         """Yield the rows on torques, with all springs and with one failed."""
         friction, harness = rule.weights(measured=self.measured)
         kind = "measured" if self.measured else "theoretical"
-        margins = self._weighted_margins(harness / friction)
-        yield self._torque_row("torque of springs over resistance", rule.clause, margins, friction, f"{kind} factors")
+        figures = None
+        if self.travel.source != "none":
+            resistance = self.travel.hardware.friction + harness / friction * self.travel.hardware.harness
+            figures = least_margins(self.travel, resistance)
+        whole, failed = figures or (None, None)
+        yield self._torque_row("torque of springs over resistance", rule.clause, whole, friction, f"{kind} factors")
         if self.rules.redundancy is not None:
             clause = self.rules.redundancy.clause
-            yield self._torque_row("the same, one spring failed", clause, margins, friction, "", failed=True)
-
-    def _weighted_margins(self, harness: float) -> PathMargins | None:
-        """Return the margins with a weight of the harness relative to friction; None without a motion."""
-        travel, hardware = self.travel, self.travel.hardware
-        if travel.source == "none":
-            return None
-        return travel_margins(travel, resistance=hardware.friction + harness * hardware.harness)
+            yield self._torque_row("the same, one spring failed", clause, failed, friction, "", failed=True)
 
     def _torque_row(
-        self, name: str, clause: str, margins: PathMargins | None, required: float, note: str, *, failed: bool = False
+        self, name: str, clause: str, margin: MarginFigure | None, required: float, note: str, *, failed: bool = False
     ) -> SheetRow:
-        if margins is None:
+        if margin is None:
             return SheetRow(name, clause, None, required, note="no motion")
-        state = margins.least_failed_state if failed else margins.least_state
-        least = float((margins.failed if failed else margins.margins)[state])
-        if math.isinf(least):
+        if math.isinf(margin.least):
             return SheetRow(name, clause, None, required, note="no friction and no harness given")
-        labels = labels_of(self.travel.linkage).hinges
-        hinge = int((margins.failed_hinges if failed else margins.hinges)[state])
-        at = f"least at {short_number(100.0 * float(self.travel.shares[state]), 3)} % of the travel"
-        who = "" if hinge < 0 else f"spring {labels[hinge]} failed" if failed else f"hinge {labels[hinge]}"
+        label = "" if margin.hinge < 0 else labels_of(self.travel.linkage).hinges[margin.hinge]
+        who = "" if not label else f"spring {label} failed" if failed else f"hinge {label}"
+        least = "" if margin.value == margin.least else f"{short_number(margin.least, 4)} at a state"
+        at = f"least at {short_number(100.0 * margin.at, 3)} % of the travel"
+        gaps = f"sampled in {short_number(100.0 * margin.unproved, 2)} % at singular ends" if margin.unproved else ""
+        notes = (who, at, least, gaps, self._guided(margin.least, failed=failed), note)
+        return SheetRow(
+            name,
+            clause,
+            margin.value,
+            required,
+            note=", ".join(filter(None, notes)),
+            kind=margin.kind,
+            side="from below" if margin.kind == "proved" and margin.value != margin.least else "exact",
+            other=margin.least,
+        )
+
+    def _guided(self, least: float, *, failed: bool) -> str:
+        """Return the least ratio along a proved path in words, where it is less than the margin of free motions.
+
+        Of a simulated motion it says nothing: inertia drives hinges against their springs.
+        """
+        if self.travel.source != "path":
+            return ""
+        margins = self.margins_at_states
         guided = float((margins.along_failed if failed else margins.along).min())
-        # of a simulated motion it says nothing: inertia drives hinges against their springs
-        differs = self.travel.source == "path" and guided < least * (1.0 - MIN_SENSITIVITY)
-        path = f"guided along the path {short_number(guided, 3)}" if differs else ""
-        return SheetRow(name, clause, least, required, note=", ".join(filter(None, (who, at, path, note))))
+        differs = guided < least * (1.0 - MIN_SENSITIVITY)
+        return f"guided along the path {short_number(guided, 3)}, sampled" if differs else ""
+
+    @cached_property
+    def margins_at_states(self) -> PathMargins:
+        """The margins at the states of the travel, by the weights of the rule; of the scene alone without one."""
+        rule, hardware = self.rules.motorisation, self.travel.hardware
+        friction, harness = rule.weights(measured=self.measured) if rule is not None else (1.0, 1.0)
+        return travel_margins(self.travel, hardware.friction + harness / friction * hardware.harness)
 
     def _flatness(self, clause: str, greatest: float) -> SheetRow:
         tolerances = tolerances_of(self.travel)
@@ -126,10 +158,11 @@ class _Review:
             return SheetRow(
                 "flatness as built", clause, None, greatest, "mm", at_least=False, note="no tolerances given"
             )
-        shape = shape_errors(self.travel.linkage, tolerances, root_of(self.travel))
-        worst = 1e3 * (shape.flatness + shape.second_order)
+        standard = self.travel.standard
+        shape = shape_errors(standard.linkage, tolerances_of(standard), root_of(standard))
+        worst, note = 1e3 * (shape.flatness + shape.second_order), "worst case"
         return SheetRow(
-            "flatness as built", clause, worst, greatest, "mm", at_least=False, note="worst case, an upper bound"
+            "flatness as built", clause, worst, greatest, "mm", at_least=False, note=note, side="from above"
         )
 
     def _scene_rows(self) -> Iterator[SheetRow]:
@@ -140,18 +173,31 @@ class _Review:
             yield SheetRow("room in the envelope", "scene", 1e3 * box.room_in(hardware.envelope), 0.0, "mm", note=note)
         if hardware.craft:
             gap = self.numbers.craft_clearance
-            note = "gap over the whole travel, a lower bound"
-            yield SheetRow("gap to the craft", "scene", None if gap is None else 1e3 * gap, 0.0, "mm", note=note)
+            figure, note = None if gap is None else 1e3 * gap, "gap over the whole travel"
+            yield SheetRow("gap to the craft", "scene", figure, 0.0, "mm", note=note, **self._at_all_times)
 
-    def demands(self) -> Iterator[tuple[str, str, str]]:
+    def demands(self) -> Iterator[Demand]:
         """Yield what latches and stops must bear, and what the envelope demands of the stacks."""
-        rule, torque = self.rules.latch, self.numbers.latch_torque
+        rule, bound = self.rules.latch, self.numbers.latch_torque
         envelope = self.travel.hardware.envelope
-        if rule is not None and torque is not None:
-            strength = f"{short_number(rule.factor * torque, 4)} N m"
-            yield "strength of latches at yield, at least", strength, rule.clause
+        if rule is not None and bound is not None:
+            arriving = self._arriving_torque()
+            if arriving is not None:
+                strength = f"{short_number(rule.factor * arriving, 4)} N m"
+                yield Demand("strength of latches at yield, by simulated arrivals", strength, rule.clause, "simulated")
+            what, most = "the same, if one latch took all energy", f"{short_number(rule.factor * bound, 4)} N m"
+            yield Demand(what, most, rule.clause, "proved, from above")
         if envelope and self.travel.linkage.folds_flat:
-            yield f"stacks that stand in {envelope}, obliquely too, at most", self._stacks_in(envelope), "scene"
+            what = f"stacks that stand in {envelope}, obliquely too, at most"
+            yield Demand(what, self._stacks_in(envelope), "scene", "proved")
+
+    def _arriving_torque(self) -> float | None:
+        """Return the greatest torque of a latch at a simulated arrival, N m; None without a simulation."""
+        if self.travel.deployment is None:
+            return None
+        loads = arrival_loads(self.travel.deployment, self.travel.hardware.latch_stiffness)
+        torques = [float(np.nanmax(load.torques)) for load in loads if np.isfinite(load.torques).any()]
+        return max(torques, default=None)
 
     def _stacks_in(self, envelope: str) -> str:
         """Return in words how thick panels may be in stacks that stand in an envelope, and how many of these may be."""
@@ -162,9 +208,8 @@ class _Review:
         return f"panels {short_number(thickest)} mm thick, or {layers} layers of these" if thickest else "none"
 
     def springs(self, rows: Sequence[SheetRow]) -> tuple[tuple[str, str], ...]:
-        """Return springs with which the motorisation passes, by hinge; none where it passes, or none are found."""
-        rule = self.rules.motorisation
-        if rule is None or not any(row.verdict == "fail" and row.figure is not None for row in rows[:2]):
+        """Return springs with which the motorisation passes, by hinge; none where it passes, or none are known."""
+        if not self._too_weak(rows):
             return ()
         try:
             chosen = springs_that_pass(self.travel, self.rules, measured=self.measured)
@@ -172,6 +217,19 @@ class _Review:
             return ()
         labels = labels_of(self.travel.linkage).hinges
         return tuple((label, law.text) for label, law in zip(labels, chosen.setup.laws, strict=True))
+
+    def advice(self, rows: Sequence[SheetRow], springs: Sequence[tuple[str, str]]) -> str:
+        """Return a sentence on springs that do not pass; empty where they do."""
+        if not self._too_weak(rows):
+            return ""
+        at_flat = law_torques(self.travel.setup.laws, self.travel.linkage.flat[None])
+        who = "the springs of the scene do not pass" if at_flat.any() else "springs without preload cannot pass"
+        return f"{who}; {'these would, along the same motion' if springs else 'no preloads were found that would'}"
+
+    def _too_weak(self, rows: Sequence[SheetRow]) -> bool:
+        """Return whether a rule on torques does not pass, and its figure is known."""
+        torques = rows[: 2 if self.rules.redundancy else 1] if self.rules.motorisation else ()
+        return any(row.verdict != "pass" and row.figure is not None for row in torques)
 
     def omitted(self) -> Iterator[str]:
         """Yield sentences on what was left out, since the scene does not need it."""
@@ -188,11 +246,10 @@ class _Review:
             yield "gravity: the scene has none"
 
     def drawn_margins(self) -> tuple[tuple[float, float], ...]:
-        """Return the torque margin along the travel, for a drawing; empty where nothing resists."""
-        margins = self._weighted_margins(1.0)
-        if margins is None or not np.isfinite(margins.margins).all():
+        """Return the torque margins at the states of the travel, for a drawing; empty where nothing resists."""
+        if self.travel.source == "none" or not np.isfinite(self.margins_at_states.margins).all():
             return ()
-        return tuple(zip(self.travel.shares.tolist(), margins.margins.tolist(), strict=True))
+        return tuple(zip(self.travel.shares.tolist(), self.margins_at_states.margins.tolist(), strict=True))
 
 
 _SENSITIVE = ("torque_margin", "torque_margin_failed", "deployed_hz", "latch_torque", "clearance_ratio")

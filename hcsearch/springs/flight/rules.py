@@ -6,7 +6,6 @@ docs/reference/rules.md lists all of them.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from importlib.resources import files
@@ -18,6 +17,9 @@ from hcsearch.system.reading import parse_toml, read_toml
 
 STANDARDS = ("ecss", "aiaa")
 """Standards whose rules come with the program."""
+
+_LEAST, _GREATEST = 1e-9, 1e9
+"""Bounds of the numbers of a rule, whose products stay numbers."""
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,8 @@ def _rule(origin: str, key: str, table: Any) -> Any:
         if name == "clause":
             if not isinstance(value, str):
                 raise InputFileError(f'{origin} has {key}.clause = {value!r}: write a text, such as "4.7.5.3.1"')
-        elif isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < math.inf:
-            raise InputFileError(f"{origin} has {key}.{name} = {value!r}: write a number above 0")
+        elif isinstance(value, bool) or not isinstance(value, (int, float)) or not _LEAST <= value <= _GREATEST:
+            raise InputFileError(
+                f"{origin} has {key}.{name} = {value!r}: write a number above 0, from {_LEAST:g} to {_GREATEST:g}"
+            )
     return _TABLES[key](**{name: value if name == "clause" else float(value) for name, value in table.items()})

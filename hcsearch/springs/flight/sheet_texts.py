@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hcsearch.scenes.laws import rounded_law_text
-from hcsearch.springs.flight.flight_sheet import FlightSheet, Sensitivity, SheetRow
+from hcsearch.springs.flight.flight_sheet import Demand, FlightSheet, Sensitivity, SheetRow
 from hcsearch.system.terminal import short_number
 
-RULE_HEADS = ("rule", "clause", "figure", "required", "verdict", "margin", "note")
+RULE_HEADS = ("rule", "clause", "figure", "known", "required", "verdict", "margin", "note")
 SENSITIVITY_HEADS = ("value of the scene", "figure", "20 % less", "20 % more")
 _STYLES = {"text": ("simple", "{}"), "markdown": ("pipe", "## {}"), "latex": ("latex_booktabs", "\\subsection*{{{}}}")}
 """Tables as tabulate draws them, which escapes their texts, and headings."""
@@ -23,7 +23,12 @@ def rule_cells(row: SheetRow) -> tuple[str, ...]:
     sense = "at least" if row.at_least else "at most"
     required = f"{sense} {_number(row.required, row.unit)}"
     margin = "-" if row.margin is None else f"{short_number(100.0 * row.margin, 3)} %"
-    return row.rule, row.clause, _number(row.figure, row.unit), required, row.verdict, margin, row.note
+    return row.rule, row.clause, _number(row.figure, row.unit), row.known, required, row.verdict, margin, row.note
+
+
+def demand_cells(demand: Demand) -> tuple[str, ...]:
+    """Return what parts must bear as texts, in the order of `RULE_HEADS`."""
+    return demand.what, demand.clause, demand.value, demand.known, "-", "-", "-", ""
 
 
 def sensitivity_cells(row: Sensitivity) -> tuple[str, ...]:
@@ -46,11 +51,11 @@ def sheet_text(sheet: FlightSheet, style: str) -> str:
     """Return a sheet as text in a style of `SHEET_STYLES`."""
     table, heading = _STYLES[style]
     parts = [_table(head_cells(sheet), ("sheet", ""), table)]
-    demands = [(what, clause, value, "-", "-", "-", "") for what, value, clause in sheet.demands]
-    parts.append(_table([*(rule_cells(row) for row in sheet.rows), *demands], RULE_HEADS, table))
+    if sheet.advice:
+        parts.append(f"{sheet.advice[0].upper()}{sheet.advice[1:]}.")
     if sheet.springs:
-        parts.append(heading.format("Springs that pass"))
-        parts.append(_table(spring_cells(sheet), ("hinge", "spring"), table))
+        parts.append(_table(spring_cells(sheet), ("hinge", "spring that passes"), table))
+    parts.append(_table([*map(rule_cells, sheet.rows), *map(demand_cells, sheet.demands)], RULE_HEADS, table))
     if sheet.sensitivities:
         parts.append(heading.format("Sensitivities"))
         parts.append(_table([sensitivity_cells(row) for row in sheet.sensitivities], SENSITIVITY_HEADS, table))

@@ -16,8 +16,8 @@ from hcsearch.scenes.setup import Setup
 from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.spring_sets import tied_hinges
+from hcsearch.springs.flight.flight_figures import least_margins
 from hcsearch.springs.flight.law_torques import law_torques
-from hcsearch.springs.flight.path_margins import margins_along
 from hcsearch.springs.flight.rules import Rules
 from hcsearch.springs.flight.spring_design import SpringRule, choose_springs, least_preloads
 from hcsearch.springs.flight.travel import Travel
@@ -26,9 +26,13 @@ GREATEST_PRELOAD_FACTOR = 1000.0
 """Greatest preload that is tried, over the greatest resisting torque times the required margin."""
 PRELOAD_DIGITS = 3
 """Digits to which preloads are rounded up."""
-RAISES = (1.0, 1.002, 1.005, 1.01, 1.02, 1.05, 1.1)
-"""Factors of the required margin that are asked for in turn, until springs pass as a flight sheet judges them: with
-other digits of a preload it may find another motion at a singular end."""
+RAISES = (1.0, 1.01, 1.02, 1.03, 1.04, 1.05, 1.1)
+"""Factors of the required margin that are asked for in turn, until springs pass as a flight sheet judges them: its
+bound between states is a little below the least margin, and with other digits of a preload it may find another motion
+at a singular end."""
+MAX_STATES_ADDED, ADDED_SHARES = 4, 1e-4 * np.array([-9.0, -3.0, -1.0, 0.0, 1.0, 3.0, 9.0])
+"""Greatest number of times that states are added where chosen springs have too little margin, and how far beside that
+place, in shares of the time of the path."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,22 +77,49 @@ def springs_that_pass(
     springs a deployment takes another way, which `hcsearch sheet` reviews.
     HcsearchError where nothing resists, the standard has no motorisation, or no springs pass.
     """
-    rule = _spring_rule(travel, rules, measured=measured)
-    laws = [law_named(text) for text in offers]
-    lower_bound = None
-    for raised in RAISES:
+    own, travel = travel, travel.standard  # congruent foldings get equal springs
+    laws, lower_bound = [law_named(text) for text in offers], None
+    raises = iter(RAISES)
+    raised = next(raises)
+    for turn in range(MAX_STATES_ADDED + len(RAISES)):
+        rule = _spring_rule(travel, rules, measured=measured)
         asked = replace(rule, required=raised * rule.required)
         setup, preloads, bound = _of_offers(travel, asked, laws) if offers else _with_preloads(travel, asked)
         lower_bound = bound if lower_bound is None else lower_bound  # of the rule itself
-        margins = margins_along(rule.path, law_torques(setup.laws, travel.states), rule.friction)
-        least = np.minimum(margins.margins, margins.failed) if rule.redundant else margins.margins
-        if least.min() >= rule.required:
-            margin = float(least.min())
-            return ChosenSprings(travel.linkage, setup, preloads, margin, rule.required, rule.redundant, lower_bound)
+        found = least_margins(travel.with_values(setup), rule.friction)
+        judged = found if rule.redundant else found[:1]
+        margins = [figure.value for figure in judged if figure.value is not None]
+        if len(margins) == len(judged) and min(margins) >= rule.required:
+            of_own = _of_own(own, setup), preloads[_standard_of(own)]
+            return ChosenSprings(own.linkage, *of_own, min(margins), rule.required, rule.redundant, lower_bound)
+        weak = [figure.time for figure in judged if figure.time is not None and figure.least < rule.required]
+        if weak and turn < MAX_STATES_ADDED:  # between the states that the springs were chosen for
+            travel = travel.with_states(_beside(travel.course[0].times, weak))
+        elif (next_raise := next(raises, None)) is not None:
+            raised = next_raise
+        else:
+            break
     raise HcsearchError(
-        f"no springs were found with a torque margin of {rule.required:g} at singular ends of the travel: give less "
+        f"no springs were found with a torque margin of {rule.required:g} at all points of the travel: give less "
         "friction, or other springs"
     )
+
+
+def _beside(times: Reals, weak: Sequence[float]) -> Reals:
+    """Return times of a course beside those at which springs are too weak."""
+    ends = float(times[0]), float(times[-1])
+    beside = np.add.outer(weak, (ends[1] - ends[0]) * ADDED_SHARES)
+    return np.unique(beside[(beside > ends[0]) & (beside < ends[1])])
+
+
+def _standard_of(travel: Travel) -> WholeNumbers:
+    """Return the hinge of the standard travel for each hinge of a travel."""
+    return np.argsort(travel.standard_hinges)
+
+
+def _of_own(travel: Travel, setup: Setup) -> Setup:
+    """Return the setup of a travel with the laws of one of its standard travel."""
+    return replace(travel.setup, laws=tuple(setup.laws[hinge] for hinge in _standard_of(travel)))
 
 
 def _spring_rule(travel: Travel, rules: Rules, *, measured: bool) -> SpringRule:

@@ -7,7 +7,8 @@ With torques tau of springs and friction f >= 0 the torque margin is
 
 where the second condition is left out on the side on which a hinge presses against a stop. Springs move the array, in
 some direction, exactly where friction is less than k times f. Rates v bound k from below and wrenches y from above, so
-that both together certify it. Proofs: docs/explanation/flight_margins.md, 1 to 3.
+that both together certify it. Where those of the fast kernel do not meet, HiGHS solves the program again; where its own
+do not meet either, the margin is known to lie between both only. Proofs: docs/explanation/flight_margins.md, 1 to 3.
 
 Torques and rates are positive where they open a hinge: laws of springs give such torques, and fold angles fall.
 Requirements: ECSS-E-ST-33-01C, 4.7.5.3, whose factors belong in f and in tau.
@@ -16,39 +17,44 @@ Requirements: ECSS-E-ST-33-01C, 4.7.5.3, whose factors belong in f and in tau.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hcsearch.basics.array_values import ByValue, Reals, Signs, WholeNumbers
+from hcsearch.basics.array_values import ByValue, Flags, Reals, Signs, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.kernels.linkage.gauges import solve_failed_margins, solve_margins
+from hcsearch.kernels.linkage.gauges import solve_margins
 from hcsearch.motion.paths.motions import STOP_TOLERANCE
 
 CLOSED_RATE_TOLERANCE = 1e-9
 """Singular values of the closure Jacobian below this share of the greatest are zeros."""
+CERTIFICATE_TOLERANCE = 1e-9
+"""Greatest difference of a margin and its bound at which the program counts as solved, over the bound, or over the
+greatest torque to the greatest friction where that is more."""
+KNOWN_MARGIN_TOLERANCE = 1e-6
+"""The same difference, beyond which a margin is not known: near singular states closed rates have no more digits."""
+HIGHS_TOLERANCE = 1e-10
+"""Feasibility tolerance of HiGHS, the least that it takes."""
 MARGIN_ROUNDING = 16.0 * float(np.finfo(float).eps)
 """Relative rounding error of a sum of some ten products."""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueMargins(ByValue):
-    """Torque margins of k states; NaN where none was found, infinite where nothing resists a motion.
+    """Torque margins of k states, infinite where nothing resists a motion.
 
     margins : (k,), attained by the rates: lower bounds of the margins, less rounding. bounds : (k,), upper bounds,
-    proved by the wrenches, with rounding.
+    proved by the wrenches, with rounding. known : (k,), whether both meet, within `KNOWN_MARGIN_TOLERANCE`.
     rates : (k, n_hinges), the best closed rates (opening is positive); 0 where the margin is 0. wrenches : (k,
-    n_rows). moments : (k, n_hinges), N m, tau + A' y. places : (k, n_hinges), 1 or -1 where a hinge holds with its
-    full friction, with the sign of its moment, else 0. hinges : (k,), the hinge whose friction takes most of the power;
-    -1 where there is none. nullities : (k,), dimensions of the spaces of closed rates.
+    n_rows). hinges : (k,), the hinge whose friction takes most of the power; -1 where there is none. nullities : (k,),
+    dimensions of the spaces of closed rates.
     """
 
     margins: Reals
     bounds: Reals
+    known: Flags
     rates: Reals
     wrenches: Reals
-    moments: Reals
-    places: Signs
     hinges: WholeNumbers
     nullities: WholeNumbers
 
@@ -66,6 +72,10 @@ class ClosedRates(ByValue):
     right: Reals
     ranks: WholeNumbers
 
+    def take(self, states: WholeNumbers) -> ClosedRates:
+        """Return those of some of the states."""
+        return ClosedRates(*(values[states] for values in vars(self).values()))
+
     @property
     def nullities(self) -> WholeNumbers:
         """Dimensions of the spaces of closed rates, (k,)."""
@@ -81,6 +91,32 @@ class ClosedRates(ByValue):
         kept = np.arange(self.right.shape[1]) >= self.ranks[:, None]
         closed: Reals = np.einsum("kij,ki->kj", self.right, kept * np.einsum("kij,kj->ki", self.right, rates))
         return closed
+
+
+@dataclass(frozen=True, eq=False)
+class FailedMargins(ByValue):
+    """The least torque margins of k states with one spring failed: margins, bounds and known as in `TorqueMargins`.
+
+    hinges : (k,), of the failed springs; -1 where there is none.
+    """
+
+    margins: Reals
+    bounds: Reals
+    known: Flags
+    hinges: WholeNumbers
+
+    @staticmethod
+    def none_of(count: int) -> FailedMargins:
+        """Return those of states at which no spring has a torque."""
+        return FailedMargins(np.zeros(count), np.zeros(count), np.ones(count, bool), np.full(count, -1))
+
+    def take_less(self, states: WholeNumbers, hinges: WholeNumbers, found: TorqueMargins) -> None:
+        """Take the margins of some states where they are less than those so far."""
+        first = self.hinges[states] < 0
+        less = first | (found.margins < self.margins[states])
+        self.known[states] = np.where(first, True, self.known[states]) & found.known
+        self.bounds[states] = np.minimum(np.where(first, np.inf, self.bounds[states]), found.bounds)
+        self.margins[states[less]], self.hinges[states[less]] = found.margins[less], hinges[less]
 
 
 def closed_rates(jacobians: Reals) -> ClosedRates:
@@ -112,35 +148,39 @@ def torque_margins(rates: ClosedRates, torques: Reals, friction: Reals, senses: 
     """
     count, _, n = rates.jacobians.shape
     _check_torques(torques, friction, (count, n))
-    margins, found, moments = np.empty(count), np.empty((count, n)), np.empty((count, n))
-    places = np.empty((count, n), np.int8)
-    for states, basis in _by_rank(rates):
-        results = np.empty(len(states)), found[states], moments[states], places[states]
-        solve_margins(basis, torques[states], friction, senses[states], *results)
-        margins[states], found[states], moments[states], places[states] = results
-    wrenches, bounds = _proved(rates, torques, friction, senses, moments, margins)
-    losses = friction * np.abs(found)
+    found = kernel_margins(rates, torques, friction, senses)
+    scale = np.abs(torques).max(axis=1, initial=0.0) / (friction.max(initial=0.0) or 1.0)
+    for state in np.flatnonzero(~_meet(found, scale, CERTIFICATE_TOLERANCE)).tolist():
+        _solve_again(found, state, rates.take(np.array([state])), torques[state], friction, senses[state])
+    losses = friction * np.abs(found.rates)
     hinges = np.where(losses.any(axis=1), losses.argmax(axis=1), -1)
-    attained = np.where(np.isfinite(margins), _attained(rates, torques, friction, found), margins)
-    return TorqueMargins(attained, bounds, found, wrenches, moments, places, hinges, rates.nullities)
+    return replace(found, known=_meet(found, scale, KNOWN_MARGIN_TOLERANCE), hinges=hinges)
 
 
 def torque_margins_failed(
     rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs, whole: TorqueMargins
-) -> tuple[Reals, WholeNumbers]:
-    """Return the least torque margins of k states with the spring of one hinge failed, (k,), and these hinges.
+) -> FailedMargins:
+    """Compute the least torque margins of k states with the spring of one hinge failed.
 
     A failed spring has no torque, and its hinge keeps its friction. Hinges without a torque are passed over: 0 and -1
-    where there is no other. whole : the margins with all springs. Others as in `torque_margins`.
+    where there is no other. whole : the margins with all springs, whose rates bound those without one from below, so
+    that most programs are left out. Others as in `torque_margins`.
     """
-    count, _, n = rates.jacobians.shape
-    _check_torques(torques, friction, (count, n))
-    margins, failed = np.empty(count), np.empty(count, np.int64)
-    for states, basis in _by_rank(rates):
-        results = np.empty(len(states)), np.empty(len(states), np.int64)
-        solve_failed_margins(basis, torques[states], friction, senses[states], whole.rates[states], *results)
-        margins[states], failed[states] = results
-    return margins, failed
+    count = len(torques)
+    powers = torques * whole.rates
+    lost = (friction * np.abs(whole.rates)).sum(axis=1, keepdims=True)
+    least = np.maximum(powers.sum(axis=1, keepdims=True) - powers, 0.0) / np.where(lost > 0.0, lost, np.inf)
+    least[torques == 0.0] = np.inf
+    order, found = np.argsort(least, axis=1), FailedMargins.none_of(count)
+    for turn in range(torques.shape[1]):
+        hinges = order[:, turn]
+        left = np.flatnonzero(least[np.arange(count), hinges] < np.where(found.hinges < 0, np.inf, found.margins))
+        if not len(left):
+            break
+        failed = torques[left]
+        failed[np.arange(len(left)), hinges[left]] = 0.0
+        found.take_less(left, hinges[left], torque_margins(rates.take(left), failed, friction, senses[left]))
+    return found
 
 
 def power_ratios(torques: Reals, friction: Reals, rates: Reals) -> Reals:
@@ -166,19 +206,75 @@ def _check_torques(torques: Reals, friction: Reals, shape: tuple[int, int]) -> N
         )
 
 
-def _by_rank(rates: ClosedRates) -> list[tuple[WholeNumbers, Reals]]:
-    """Return the states of each rank, and the bases of their closed rates."""
-    groups = [(np.flatnonzero(rates.ranks == rank), int(rank)) for rank in np.unique(rates.ranks)]
-    return [(states, rates.bases(states, rank)) for states, rank in groups]
+def kernel_margins(rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs) -> TorqueMargins:
+    """Bound the torque margins of k states by what the kernel computes alone; nearly everywhere both bounds meet."""
+    count, n = torques.shape
+    multiples, found, moments = np.empty(count), np.empty((count, n)), np.empty((count, n))
+    for rank in np.unique(rates.ranks).tolist():
+        states = np.flatnonzero(rates.ranks == rank)
+        results = np.empty(len(states)), found[states], moments[states]
+        solve_margins(rates.bases(states, rank), torques[states], friction, senses[states], *results)
+        multiples[states], found[states], moments[states] = results
+    found = np.where(np.isnan(multiples)[:, None], 0.0, found)
+    moments = np.where(np.isnan(multiples)[:, None], torques, moments)
+    wrenches, bounds = _proved(rates, torques, friction, senses, moments)
+    free = np.isinf(multiples)
+    margins = np.where(free, np.inf, _attained(rates, torques, friction, senses, found))
+    bounds = np.where(free, np.inf, bounds)
+    return TorqueMargins(margins, bounds, np.isinf(margins), found, wrenches, np.full(count, -1), rates.nullities)
 
 
-def _attained(rates: ClosedRates, torques: Reals, friction: Reals, found: Reals) -> Reals:
-    """Return the ratios of rates, less what closing them exactly may change."""
+def _meet(found: TorqueMargins, scale: Reals, tolerance: float) -> Flags:
+    """Return where margins and bounds differ by no more than a tolerance, (k,)."""
+    with np.errstate(invalid="ignore"):  # of infinite ones
+        near = found.bounds - found.margins <= tolerance * np.maximum(found.bounds, scale)
+    meet: Flags = (found.margins == found.bounds) | (near & np.isfinite(found.bounds))
+    return meet
+
+
+def _solve_again(
+    found: TorqueMargins, state: int, rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs
+) -> None:
+    """Solve the program of one state by HiGHS, and keep of both bounds what is better."""
+    from scipy.optimize import linprog  # noqa: PLC0415 - loads slowly
+
+    rows, n = rates.right[0, : rates.ranks[0]], len(torques)
+    bounds = [(0.0, 0.0 if sense < 0 else None) for sense in senses]
+    bounds += [(0.0, 0.0 if sense > 0 else None) for sense in senses]
+    size, scale = float(np.abs(torques).max(initial=0.0)) or 1.0, float(friction.max(initial=0.0)) or 1.0
+    solution = linprog(
+        np.r_[-torques, torques] / size,
+        A_ub=np.r_[friction, friction][None] / scale,
+        b_ub=[1.0],
+        A_eq=np.c_[rows, -rows] if len(rows) else None,
+        b_eq=np.zeros(len(rows)) if len(rows) else None,
+        bounds=bounds,
+        options={"primal_feasibility_tolerance": HIGHS_TOLERANCE, "dual_feasibility_tolerance": HIGHS_TOLERANCE},
+    )
+    if solution.status != 0:
+        return
+    own = rates.projected((solution.x[:n] - solution.x[n:])[None])
+    moments = torques + size * (solution.eqlin.marginals @ rows if len(rows) else 0.0)
+    program = rates, torques[None], friction, senses[None]
+    margin = float(_attained(*program, own)[0])
+    wrenches, bound = _proved(*program, moments[None])
+    if margin > found.margins[state]:
+        found.margins[state], found.rates[state] = margin, own[0]
+    if bound[0] < found.bounds[state]:
+        found.bounds[state], found.wrenches[state] = bound[0], wrenches[0]
+
+
+def _attained(rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs, found: Reals) -> Reals:
+    """Return the ratios of rates, less what closing them exactly may change; 0 where rates pass a stop."""
     opened = np.linalg.norm(np.einsum("krn,kn->kr", rates.jacobians, found), axis=1)
     off = opened / _least_values(rates) + MARGIN_ROUNDING * np.linalg.norm(found, axis=1)
     power = (torques * found).sum(axis=1) - off * np.linalg.norm(torques, axis=1)
     losses = (friction * np.abs(found)).sum(axis=1) + off * np.linalg.norm(friction)
-    return np.where(losses > 0.0, np.maximum(power, 0.0) / np.where(losses > 0.0, losses, 1.0), 0.0)
+    held = (senses * found >= -CLOSED_RATE_TOLERANCE * np.abs(found).max(axis=1, initial=0.0, keepdims=True)).all(
+        axis=1
+    )
+    usable = held & (losses > 0.0)
+    return np.where(usable, np.maximum(power, 0.0) / np.where(usable, losses, 1.0), 0.0)
 
 
 def _least_values(rates: ClosedRates) -> Reals:
@@ -189,9 +285,7 @@ def _least_values(rates: ClosedRates) -> Reals:
     return least
 
 
-def _proved(
-    rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs, moments: Reals, margins: Reals
-) -> tuple[Reals, Reals]:
+def _proved(rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs, moments: Reals) -> tuple[Reals, Reals]:
     """Return the wrenches that leave moments to friction, and the bounds of the margins that these prove."""
     kept = np.arange(rates.values.shape[1]) < rates.ranks[:, None]
     inverse = np.where(kept, 1.0, 0.0) / np.where(kept, rates.values, 1.0)
@@ -206,5 +300,4 @@ def _proved(
     ratios = (left + MARGIN_ROUNDING * sizes)[:, bearing] / friction[bearing]
     bounds = ratios.max(axis=1, initial=0.0)
     loose = (left > CLOSED_RATE_TOLERANCE * sizes)[:, ~bearing].any(axis=1)  # without friction nothing bears it
-    bounds = np.where(loose | np.isinf(margins), np.inf, np.where(np.isnan(margins), np.nan, bounds))
-    return wrenches, bounds
+    return wrenches, np.where(loose, np.inf, bounds)

@@ -8,11 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from hcsearch.basics.array_values import ByValue, Reals
+from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
+from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.motion.planning.path_proofs import Prover
+from hcsearch.motion.planning.stretches import cubics_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.hardware import Hardware, hardware_of
 from hcsearch.scenes.setup import Setup, setup_of_scene
@@ -50,7 +52,13 @@ class Travel(ByValue):
         HcsearchError without a motion, and where a path is proved no more.
         """
         if self.deployment is not None:
-            return course_of_deployment(self.deployment.compiled, self.deployment.motion)
+            compiled = self.deployment.compiled
+            course, deviation = course_of_deployment(compiled, self.deployment.motion)
+            if self.linkage is not compiled.linkage:
+                hinges = _order_of(compiled.linkage)
+                angles, rates, accelerations = (np.ascontiguousarray(values[:, hinges]) for values in course[1:4])
+                course = Course(course.times, angles, rates, accelerations, course.cubic)
+            return course, deviation
         prover = Prover(self.linkage)
         tubes, *_ = prover.tubes(self.states, [self.setup.margin]) if len(self.states) else ((),)
         if not tubes:
@@ -63,6 +71,31 @@ class Travel(ByValue):
         """The rates that loops and stops allow at the states."""
         return path_rates(self.linkage, self.states)
 
+    @property
+    def standard_hinges(self) -> WholeNumbers:
+        """The hinge of this linkage for each one of the standard travel, (n_hinges,)."""
+        return _order_of(self.linkage)
+
+    @cached_property
+    def standard(self) -> Travel:
+        """The travel of the linkage that is simulated in place of all congruent ones, without a craft."""
+        if self.linkage.twin is None:
+            return self
+        setup, hardware = self.setup.of_congruent(self.linkage), self.hardware.of_congruent(self.linkage)
+        states = np.ascontiguousarray(self.states[:, self.standard_hinges])
+        return Travel(self.linkage.twin.linkage, setup, hardware, self.source, states, self.deployment)
+
+    def with_states(self, times: Reals) -> Travel:
+        """Return the travel along a proved path with the closed states at more times of its course."""
+        course, _ = self.course
+        turns, more = accumulated_turn(course.angles), states_at(course, times)
+        closed = np.array([close_linkage(self.linkage, state).angles for state in more])
+        places = np.interp(times, course.times, turns / turns[-1])
+        order = np.argsort(np.r_[self.shares, places], kind="stable")
+        changed = replace(self, states=np.vstack([self.states, closed])[order])
+        vars(changed)["course"] = self.course
+        return changed
+
     def with_values(self, setup: Setup | None = None, hardware: Hardware | None = None) -> Travel:
         """Return the travel with other springs, density or hardware; what depends on the states alone is kept.
 
@@ -70,6 +103,9 @@ class Travel(ByValue):
         """
         changed = replace(self, setup=setup or self.setup, hardware=hardware or self.hardware)
         vars(changed).update({name: kept for name, kept in vars(self).items() if name in ("course", "rates")})
+        if self.linkage.twin is not None and "standard" in vars(self):
+            of_twin = changed.setup.of_congruent(self.linkage), changed.hardware.of_congruent(self.linkage)
+            vars(changed)["standard"] = self.standard.with_values(*of_twin)
         return changed
 
     @property
@@ -77,6 +113,21 @@ class Travel(ByValue):
         """The place of each state, (k,): the accumulated turn of all hinges over that of the whole travel."""
         turns = accumulated_turn(self.states)
         return turns / turns[-1] if turns[-1:].any() else turns
+
+
+def _order_of(linkage: Linkage) -> WholeNumbers:
+    """Return the hinge of a linkage for each one of its twin, or of its own."""
+    return np.arange(linkage.n_hinges) if linkage.twin is None else np.argsort(linkage.twin.hinges)
+
+
+def states_at(course: Course, times: Reals) -> Reals:
+    """Return the fold angles of a course of cubics at some times, (k, n_hinges)."""
+    steps = np.clip(np.searchsorted(course.times, times, side="right") - 1, 0, len(course.times) - 2)
+    shares = (times - course.times[steps]) / np.diff(course.times)[steps]
+    states: Reals = np.einsum(
+        "khp,kp->kh", cubics_of(course.times, course.angles, course.rates)[steps], shares[:, None] ** np.arange(4)
+    )
+    return states
 
 
 def travel_along(linkage: Linkage, scene: Scene, states: Reals | None = None) -> Travel:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -64,14 +65,15 @@ def sampled_setups(
     base = np.asarray(stiffnesses, float)
     setups = []
     for _ in range(samples):
-        springs = base * np.exp(spread.stiffness * rng.standard_normal(len(base)))
-        damping, mass = np.exp([spread.damping, spread.mass] * rng.standard_normal(2))
+        # not by np.exp, whose last bits depend on the processor
+        springs = base * [math.exp(deviation) for deviation in spread.stiffness * rng.standard_normal(len(base))]
+        damping, mass = map(math.exp, [spread.damping, spread.mass] * rng.standard_normal(2))
         start = setup.start - spread.start * abs(rng.standard_normal())
         changed = replace(
             setup,
-            density=setup.density * float(mass),
-            damping_time=setup.damping_time * float(damping),
-            damping=setup.damping * float(damping),
+            density=setup.density * mass,
+            damping_time=setup.damping_time * damping,
+            damping=setup.damping * damping,
             start=float(start),
         )
         setups.append(with_stiffnesses(changed, springs))

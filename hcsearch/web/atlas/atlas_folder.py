@@ -149,6 +149,16 @@ def _check_contents(folder: AtlasFolder, request: AtlasRequest) -> None:
         )
     if not folder.is_complete and os.path.lexists(folder.work) and not _is_own_work(folder.work):
         raise OutputError(f"{folder.work} is not the work of an atlas: move it away, or name another folder")
+    if not folder.is_complete:
+        for place in (folder.path, folder.work):
+            _check_links(place)
+
+
+def _check_links(place: Path) -> None:
+    """Refuse links to folders, whose files would be written, or replaced, elsewhere; OutputError."""
+    links = [path for path in place.iterdir() if path.is_symlink() and path.is_dir()] if place.is_dir() else []
+    if links:
+        raise OutputError(f"{min(links)} is a link to a folder elsewhere: move it away, or name another folder")
 
 
 def _is_unused(folder: AtlasFolder) -> bool:
@@ -158,13 +168,15 @@ def _is_unused(folder: AtlasFolder) -> bool:
 
 
 def _is_own_work(work: Path) -> bool:
-    """Return whether a path is a folder of work on an atlas."""
-    return _is_unbegun_work(work) or _request_in(work / _REQUEST_FILE) is not None
+    """Return whether a path is a folder of work on an atlas, and no link to one."""
+    return not work.is_symlink() and (_is_unbegun_work(work) or _request_in(work / _REQUEST_FILE) is not None)
 
 
 def _is_unbegun_work(work: Path) -> bool:
-    """Return whether a path is a folder of work whose request was not written yet."""
-    return work.is_dir() and all(path.name == _LOCK or _PART_NAME.fullmatch(path.name) for path in work.iterdir())
+    """Return whether a path is a folder of work whose request was not written yet, and no link to one."""
+    if work.is_symlink() or not work.is_dir():
+        return False
+    return all(path.name == _LOCK or _PART_NAME.fullmatch(path.name) for path in work.iterdir())
 
 
 def _remove_work(work: Path) -> None:
@@ -233,7 +245,7 @@ def _digest(path: Path, *, sync: bool = False) -> str:
 
 
 def _remove(path: Path) -> None:
-    if path.is_dir():
+    if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:
         path.unlink(missing_ok=True)

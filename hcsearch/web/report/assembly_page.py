@@ -68,7 +68,7 @@ def _parameter_words(given: Mapping[str, Any]) -> str:
 def _motions(name: str, case: Case, deployed: Deployed, subject: str) -> list[ShownMotion]:
     """Return the motion by springs; where they do not bring it flat, also the motion that is followed from packed."""
     motions = [motion_by_springs(name, deployed, f"hcsearch deploy {subject}")]
-    if deployed.deployment.outcome == "flat":
+    if (deployed.agreement or deployed.deployment).outcome == "flat":
         return motions
     linkage, labels = case.linkage, case.labels
     angles, words = resolve_start(linkage, labels, "folded", stops=True)

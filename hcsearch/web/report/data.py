@@ -13,6 +13,7 @@ from importlib.metadata import version
 from typing import Any
 
 from hcsearch.basics.errors import DatabaseError, NotationError
+from hcsearch.basics.undecided_simulations import undecided_sentences
 from hcsearch.cases.replay_sources import stored_replays
 from hcsearch.designs.circuit import Circuit
 from hcsearch.scenes import DEFAULT_SCENE_NAME
@@ -123,7 +124,11 @@ def fetch_report_data(
         deployments=deployments_of(database, ids, scene),
         players=_players_of(database, selected, scene),
         total=counts.circuits,
-        notes=[*([] if counts.planned or counts.tried else _elsewhere(database, scene)), *_notes(runs)],
+        notes=[
+            *([] if counts.planned or counts.tried else _elsewhere(database, scene)),
+            *(f"{sentence[0].upper()}{sentence[1:]}." for sentence in undecided_sentences(counts.not_decided)),
+            *_notes(runs),
+        ],
         size=_size(database, runs, scene),
         scene=scene,
         database_option=database_option_text(database),
@@ -150,7 +155,7 @@ def _funnel(counts: Summary, passed: StageCounts) -> list[FunnelStage]:
         FunnelStage("two-stack", passed.two_stack, total),
         FunnelStage("untwisted", passed.untwisted, total),
         FunnelStage("movable", passed.movable, total),
-        FunnelStage("deployable by springs", passed.deploys, total),
+        FunnelStage("deployed by springs", passed.deploys, total),
     ]
 
 

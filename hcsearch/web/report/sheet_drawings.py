@@ -33,7 +33,7 @@ def margin_plot(sheet: FlightSheet) -> DrawnPlot | None:
         curves.append(PlotCurve("required", [0.0, 1.0], [required, required], "required"))
     title = "Torque margin along the travel"
     linear_to = 1.0 if required is None else required
-    note = f"Torque of springs over what resists, at each state. Logarithmic beyond {short_number(linear_to, 3)}."
+    note = f"Springs over what resists, at states of the motion. Logarithmic beyond {short_number(linear_to, 3)}."
     x_label = "share of the travel, 0 packed, 1 flat"
     return draw_plot(curves, title, x_label, "torque margin", linear_to=linear_to, note=note)
 

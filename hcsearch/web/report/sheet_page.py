@@ -11,7 +11,7 @@ from markupsafe import Markup
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.springs.flight.flight_figures import root_of
 from hcsearch.springs.flight.flight_sheet import FlightSheet
-from hcsearch.springs.flight.sheet_texts import RULE_HEADS, rule_cells, spring_cells
+from hcsearch.springs.flight.sheet_texts import RULE_HEADS, demand_cells, rule_cells, spring_cells
 from hcsearch.springs.flight.swept_volume import swept_box
 from hcsearch.springs.flight.travel import Travel
 from hcsearch.store.columns import FLIGHT_QUANTITIES
@@ -25,8 +25,8 @@ from hcsearch.web.report.templating import page_style, template_environment, wri
 class SheetCells:
     """The texts of a sheet.
 
-    rule_heads, rules : heads and cells of its rules. figures : name, value and note of each known figure.
-    springs : hinge and law of springs that pass.
+    rule_heads, rules : heads and cells of its rules, and of what parts must bear. figures : name, value and note of
+    each known figure. springs : hinge and law of springs that pass.
     """
 
     rule_heads: tuple[str, ...]
@@ -50,7 +50,8 @@ def sheet_cells(sheet: FlightSheet) -> SheetCells:
         for quantity, value in known
         if value is not None
     )
-    return SheetCells(RULE_HEADS, tuple(map(rule_cells, sheet.rows)), figures, spring_cells(sheet))
+    rules = *map(rule_cells, sheet.rows), *map(demand_cells, sheet.demands)
+    return SheetCells(RULE_HEADS, rules, figures, spring_cells(sheet))
 
 
 def sheet_drawings(sheet: FlightSheet) -> SheetDrawings:

@@ -1,0 +1,195 @@
+"""The grammar of certificates: what is none, what is over its limits, and that each ends in its time and memory."""
+
+import copy
+import json
+import random
+import resource
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from hcsearch.cli import hcsearch
+from hcsearch.motion.certificates.certificate_grammar import MAX_BYTES, NoCertificateError, checksum, parsed, printable
+from hcsearch.motion.certificates.certifying import CLAIM_CHECKERS, CertificateError, verify_certificate
+from tests.certificates.test_certificates import certificate, signed
+
+LOCK, COLLISION, PATH = "hex:0233534001:3", "hex:0233435001:3", "square:01222300:0"
+MEMORY = 2**30
+
+
+def of_pattern(name, array=None, **changes):
+    """A certificate as one of a pattern, which is not compared with a folding, with other values in its claim."""
+    data = copy.deepcopy(certificate(name))
+    data["claims"][0] |= changes
+    data["claims"][0]["array"] |= array or {}
+    return signed({**data, "panel_mm": None})
+
+
+def verified(tmp_path, data, *options):
+    """The exit code of verify, what it printed, and the error line."""
+    file = tmp_path / "file.json"
+    if isinstance(data, bytes):
+        file.write_bytes(data)
+    else:
+        file.write_text(json.dumps(data), encoding="utf-8")
+    result = CliRunner().invoke(hcsearch, ["verify", str(file), *options])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def ring(n):
+    """The array of a ring of n squares in two rows."""
+    half = n // 2
+    places = [(k, 0) for k in range(half)] + [(k, 1) for k in reversed(range(half))]
+    facets = [[[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]] for x, y in places]
+    faces = ("top", "bottom")
+    hinges = [{"facets": [k, (k + 1) % n], "face": faces[k % 2], "closes": True} for k in range(n)]
+    own = {"facets": facets, "panels": [[k] for k in range(n)], "hinges": hinges}
+    return {"unit": "1/1000", "root": 1, "thickness": 1, **own}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"[]",
+        b"{}",
+        b"",
+        b"\xff\xfe",
+        b"[" * 100_000,
+        b'{"format": NaN}',
+        b'{"format": Infinity}',
+        b'{"format": ' + b"1" * 50 + b"}",
+        b'{"format": 1, "format": 1}',
+    ],
+)
+def test_what_is_no_certificate_ends_with_exit_code_2(tmp_path, content):
+    code, printed, error = verified(tmp_path, content)
+    assert (code, printed, error.count("\n")) == (2, "", 1)
+
+
+def test_a_file_over_the_limit_is_refused():
+    with pytest.raises(NoCertificateError, match="it is larger than 16 MiB"):
+        parsed(b" " * (MAX_BYTES + 1))
+
+
+@pytest.mark.parametrize("text", ["1e-999999999", "1e999999999", "1e-100", "0", "0.0", "0e5", "-1", "+1", "nan", "1/0"])
+@pytest.mark.parametrize("name", [COLLISION, PATH])
+def test_margins_are_texts_of_numbers_above_0(tmp_path, name, text):
+    for margin in (text, text + "\n", " " + text, float("1e-4"), None):
+        code, _, error = verified(tmp_path, of_pattern(name, margin=margin))
+        assert code == 2
+        assert error.endswith("no certificate: margin is no text of a number above 0\n")
+
+
+@pytest.mark.parametrize("name", [LOCK, COLLISION, PATH])
+def test_units_are_texts_of_numbers_above_0(tmp_path, name):
+    for unit in ("1e-99999999", "1/" + "9" * 40, "x", "", 0.001):
+        assert verified(tmp_path, of_pattern(name, {"unit": unit}))[0] == 2
+
+
+@pytest.mark.parametrize("kind", ["lock", "collision", "path"])
+def test_an_array_over_the_limits_is_refused_at_once(kind, tmp_path):
+    n, name = 1002, {"lock": LOCK, "collision": COLLISION, "path": PATH}[kind]
+    code, _, error = verified(tmp_path, of_pattern(name, ring(n)))
+    assert code == 2
+    assert "its facets and hinges are more than 1500" in error
+
+
+@pytest.mark.parametrize(
+    "change", [{"version": 2}, {"version": 1.0}, {"version": True}, {"format": "x"}, {"claims": []}]
+)
+def test_heads_of_other_formats_and_versions_are_refused(change, tmp_path):
+    code, _, error = verified(tmp_path, signed({**certificate(LOCK), **change}))
+    assert code == 2
+    assert "no certificate: " in error
+
+
+def test_a_claim_is_not_decided_after_the_time(tmp_path):
+    data = of_pattern(LOCK, ring(60), cuts=[[0.0, 3.0, 3.15]] * 60, lows=[[1] * 60], highs=[[2] * 60], tried=10**9)
+    code, _, error = verified(tmp_path, data, "--seconds", "0.5")
+    assert code == 1
+    assert error.endswith("not proved: not decided in 0.5 s: give --seconds 5\n")
+
+
+def test_names_are_printed_without_what_moves_the_cursor(tmp_path):
+    name = "a\n\x1b[31m\u202e\u2028\x00\ud800ü"
+    code, printed, _ = verified(tmp_path, signed({**of_pattern(LOCK), "of": name}))
+    assert code == 0
+    assert printed.count("\n") == 1
+    assert printed[:-1].isprintable()
+    assert printable(name) == "a\\n\\x1b[31m\\u202e\\u2028\\x00\\ud800ü"
+
+
+def test_a_path_of_what_does_not_fold_is_said_to_be_one():
+    squares = [[[k, 0], [k + 1, 0], [k + 1, 1], [k, 1]] for k in range(2)]
+    array = {"unit": "1/10", "root": 1, "thickness": 1, "facets": squares, "panels": [[0], [1]]}
+    hinges = [{"facets": [0, 1], "face": "top", "closes": False}]
+    stretches = [{"kind": "equal", "hinges": []}]
+    claim = {"kind": "path", "array": array | {"hinges": hinges}, "margin": "1/1000", "stretches": stretches}
+    head = "nothing folds, as packed and flat are one state: a path from packed to flat"
+    assert CLAIM_CHECKERS["path"](claim).startswith(head)
+
+
+def mutated(data, rng):
+    """A certificate with one to three values, lists or keys changed, and the checksum of what it holds."""
+    data = copy.deepcopy(data)
+    for _ in range(rng.randrange(1, 4)):
+        place = data
+        while True:
+            keys = list(place) if isinstance(place, dict) else range(len(place))
+            key = rng.choice(list(keys))
+            value = place[key]
+            if not isinstance(value, dict | list) or not value or rng.random() < 0.1:
+                break
+            place = value
+        number = value if type(value) in (int, float) else 1
+        place[key] = rng.choice(
+            [
+                number + 1,
+                -number,
+                number * 1e-9,
+                number * 10**6,
+                10**12,
+                True,
+                "1e-9",
+                "1e-99999",
+                "1/3",
+                [],
+                {},
+                [value],
+            ]
+        )
+    return signed(data)
+
+
+def test_mutated_certificates_end_in_time_and_memory(tmp_path):
+    rng = random.Random(7)
+    for number in range(60):
+        data = mutated(of_pattern(rng.choice([LOCK, COLLISION, PATH])), rng)
+        (tmp_path / f"{number:03d}.json").write_text(json.dumps(data), encoding="utf-8")
+    program = (
+        "import json, pathlib, resource\n"
+        "from hcsearch.motion.certificates.certifying import *\n"
+        f"for file in sorted(pathlib.Path({str(tmp_path)!r}).glob('*.json')):\n"
+        "    try:\n"
+        "        verify_certificate(read_certificate(str(file)), 20.0)\n"
+        "    except CertificateError:\n"
+        "        pass\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)\n"
+    )
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
+
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True, preexec_fn=limited
+    )
+    assert int(done.stdout) < MEMORY
+
+
+def test_the_checksum_is_that_of_what_is_read():
+    data = certificate(LOCK)
+    assert data["sha256"] == checksum({key: data[key] for key in data if key != "sha256"})
+    with pytest.raises(CertificateError, match="the file was changed"):
+        verify_certificate({**data, "of": "hex:0233534001:4"})
