@@ -15,7 +15,7 @@ from hcsearch.motion.certificates.certificate_grammar import MAX_BYTES, NoCertif
 from hcsearch.motion.certificates.certifying import CLAIM_CHECKERS, CertificateError, verify_certificate
 from tests.certificates.test_certificates import certificate, signed
 
-LOCK, COLLISION, PATH = "hex:0233534001:3", "hex:0232435051:3", "square:01222300:0"
+LOCK, COLLISION, PATH = "hex:0233534001:3", "hex:0233435001:3", "square:01222300:0"
 MEMORY = 2**30
 
 
