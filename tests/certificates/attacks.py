@@ -27,8 +27,8 @@ REASONS = {
     "cuts": f"{FORM}|cut|bound|a box is empty|the one end alone|no loop is closed",
     "ends": f"{FORM}|the one end alone|its end is|not closed|is open|no loop is closed",
     "face": "a face of its boxes|no loop is closed",
-    "closed": "not proved to lie beside|ends at no stop|open a loop|not parallel|panels are not proved|does not end flat"
-    "|has no states|a loop is open|wrenches|a number|not computed",
+    "closed": "not proved to lie beside|ends at no stop|open a loop|not parallel|panels are not proved"
+    "|does not end flat|has no states|a loop is open|wrenches|a number|not computed",
     "path": f"{FORM}|ends at no stop|does not end flat|open a loop|not parallel|no states|a loop is open",
     "margin": f"{FORM}|margin|decimal|no loop is closed",
     "nothing": "it claims nothing|does not end flat|nothing|it has not|no states|a path of no",
