@@ -12,7 +12,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import QueryError
 from hcsearch.basics.undecided_simulations import undecided_sentences
 from hcsearch.cases.databases import Place, reading_database, writing_database
-from hcsearch.cases.stored_scenes import scene_asked_for
+from hcsearch.cases.stored_scenes import only_scene, scene_asked_for
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import (
     SCENIC,
@@ -86,11 +86,13 @@ class Query:
                 count += len(chunk)
                 yield chunk
 
-        with self.rows(database) as rows:
+        chosen = self
+        if self.sql is None and self.view in SCENIC:  # once, as a line says which scene is read
+            chosen = replace(self, scene=self._scene(database, scenic=True), panel=None)
+        with chosen.rows(database) as rows:
             yield replace(rows, chunks=chunks(rows))
         if not count and self.sql is None and self.limit != 0:
-            scene = self._scene(database, self.view in SCENIC)
-            reason = empty_result_reason(database, self.conditions, self.view, scene)
+            reason = empty_result_reason(database, self.conditions, self.view, chosen.scene or DEFAULT_SCENE_NAME)
             write_notice(reason and f"no design: {reason}")
 
     def _scene(self, database: Database, scenic: bool) -> str:
@@ -239,7 +241,10 @@ def undecided_notices(selection: Query, db: Place) -> tuple[str, ...]:
     if selection.sql is not None:
         return ()
     with reading_database(db) as database:
-        scene = scene_asked_for(database, selection.scene, selection.panel, query=selection.conditions)
+        if selection.scene is None and selection.panel is None:  # a line has reported it with the rows
+            scene = only_scene(database) or DEFAULT_SCENE_NAME
+        else:
+            scene = scene_asked_for(database, selection.scene, selection.panel, query=selection.conditions)
         return undecided_sentences(simulations_not_decided(database, selection.conditions, scene))
 
 
