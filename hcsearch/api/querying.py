@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +12,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import QueryError
 from hcsearch.basics.undecided_simulations import undecided_sentences
 from hcsearch.cases.databases import Place, reading_database, writing_database
-from hcsearch.cases.stored_scenes import only_scene, scene_asked_for
+from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import (
     SCENIC,
@@ -230,22 +230,21 @@ def ranking_text(ranked: RankedDesigns, style: str, *, pareto: bool, limit: int 
     return format_rows(Rows(names, (None,) * len(names), iter([rows] if rows else [])), style)
 
 
-def query_text(selection: Query, db: Place, style: str) -> Iterator[str]:
-    """Yield the rows that a query selects as pieces of text in a style."""
-    with reading_database(db) as database, selection.noticed_rows(database) as rows:
-        yield from format_rows(rows, style)
+def query_text(selection: Query, db: Place, style: str, announce: Callable[[str], None] | None = None) -> Iterator[str]:
+    """Yield the rows that a query selects as pieces of text in a style.
 
-
-def undecided_notices(selection: Query, db: Place) -> tuple[str, ...]:
-    """Return the sentences on foldings of the selected designs that no simulation decides; none where SQL selects."""
-    if selection.sql is not None:
-        return ()
+    announce : callback for sentences on foldings of the selected designs that no simulation decides. SQL has none.
+    """
     with reading_database(db) as database:
-        if selection.scene is None and selection.panel is None:  # a line has reported it with the rows
-            scene = only_scene(database) or DEFAULT_SCENE_NAME
-        else:
-            scene = scene_asked_for(database, selection.scene, selection.panel, query=selection.conditions)
-        return undecided_sentences(simulations_not_decided(database, selection.conditions, scene))
+        if announce is None or selection.sql is not None:
+            with selection.noticed_rows(database) as rows:
+                yield from format_rows(rows, style)
+            return
+        scene = scene_asked_for(database, selection.scene, selection.panel, query=selection.conditions)
+        with replace(selection, scene=scene, panel=None).noticed_rows(database) as rows:
+            yield from format_rows(rows, style)
+        for sentence in undecided_sentences(simulations_not_decided(database, selection.conditions, scene)):
+            announce(sentence)
 
 
 def save_query(selection: Query, db: Place, style: str, path: str | Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import click
 
 from hcsearch.basics.errors import printable
@@ -55,16 +57,14 @@ def query(
     @FILE), circuit= a circuit in any position, order or direction. An unknown value satisfies neither a condition nor
     its negation.
     """
-    from hcsearch.api.querying import Query, query_text, save_query, undecided_notices
+    from hcsearch.api.querying import Query, query_text, save_query
 
     selected_columns = columns or (_COLUMNS if sql is None else "")
     selection = Query(condition, "designs", selected_columns, sort or "", limit, scene, panel, sql)
     if output is None:
-        for text in query_text(selection, db, style):
+        announce = partial(click.echo, err=True) if style == "table" else None
+        for text in query_text(selection, db, style, announce):
             click.echo(text, nl=False)
-        if style == "table":
-            for sentence in undecided_notices(selection, db):
-                click.echo(sentence, err=True)
         return
     check_output(output)
     save_query(selection, db, style, output)

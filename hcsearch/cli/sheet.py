@@ -14,7 +14,7 @@ from hcsearch.cli.options import examples_epilog, json_option
 @click.command(
     epilog=examples_epilog(
         "hcsearch sheet hex:0234550132:4 --scene solar.toml",
-        "hcsearch sheet hex:0234550132:4 --friction 0.001 --output sheet.html",
+        "hcsearch sheet hex:0234550132:4 --scene flight.toml --output sheet.html",
         "hcsearch sheet 17:4 --scene solar.toml --rules house.toml --output sheet.tex",
         "hcsearch sheet strip.fold --friction 0.001",
     )

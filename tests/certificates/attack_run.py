@@ -1,7 +1,8 @@
 """The full run of the builder of attacks: `python -m tests.certificates.attack_run COUNT FILE ...`.
 
-The files hold certificates of paths. For each folding it builds false certificates, so many at random, and has them verified under its name, and as certificates of a
-pattern where their array is another one. It prints how many were built, of how many kinds, and which were accepted.
+The files hold certificates of paths. For each folding it builds false certificates, so many at random, and has them
+verified under its name, and as certificates of a pattern where their array is another one. It prints how many were
+built, of how many kinds, and which were accepted.
 """
 
 import json
@@ -56,7 +57,9 @@ def main(count: int, files: list[str]) -> int:
             wrong += [f"{data['of']}: {fault}" for fault in own]
             undecided += waited
         print(f"{number + 1} of {len(files)}: {data['of']}, {built} built, {len(wrong)} faults", flush=True)
-    print(f"{len(files)} foldings, {built} false certificates of {len(kinds)} kinds, {time.process_time() - start:.0f} s")
+    print(
+        f"{len(files)} foldings, {built} false certificates of {len(kinds)} kinds, {time.process_time() - start:.0f} s"
+    )
     print(f"accepted, or refused for another reason: {len(wrong)}; not decided in {SECONDS:g} s: {undecided}")
     print(*wrong, sep="\n")
     return len(wrong)

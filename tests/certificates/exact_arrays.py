@@ -202,7 +202,7 @@ class Array:
         """A hinge, by the one side that its two facets share."""
         need(isinstance(data, dict), "a hinge is none")
         one, two = (whole(k) for k in listed(data["facets"]))
-        need(0 <= min(one, two) and max(one, two) < len(self.facets), "a hinge joins no facets")
+        need(min(one, two) >= 0 and max(one, two) < len(self.facets), "a hinge joins no facets")
         rings = [list(zip(ring, ring[1:] + ring[:1], strict=True)) for ring in (self.facets[one], self.facets[two])]
         shared = [(p, q) for p, q in rings[0] if (q, p) in rings[1]]
         need(len(shared) == 1, "two facets of a hinge do not share one side")
@@ -240,7 +240,9 @@ class Array:
             for k, _ in loop:
                 if packed and self.hinges[k].closes:
                     pose = pose.then(_half_turn(self.hinges[k].point, self.hinges[k].way, self.root))
-            still = all(x == (pose.divisor if i == j else 0) for i, row in enumerate(pose.turn) for j, x in enumerate(row))
+            still = all(
+                x == (pose.divisor if i == j else 0) for i, row in enumerate(pose.turn) for j, x in enumerate(row)
+            )
             if not still or any(pose.shift):
                 return False
         return True

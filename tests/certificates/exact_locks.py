@@ -7,6 +7,7 @@ bounded by the theorems 2 and 3 of docs/explanation/locks.md. NumPy only guesses
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
@@ -25,7 +26,6 @@ from tests.certificates.exact_arrays import (
     STILL,
     Array,
     Pose,
-    RefusedError,
     Vector,
     dot,
     down,
@@ -114,9 +114,7 @@ class Middle:
         for line in lines:
             arrow = tuple(a - b for a, b in zip(target, line.point, strict=True)) if placed else target
             slopes.append(self.across(line, arrow))  # type: ignore[arg-type]
-        bends = [
-            (i, j, self.across(lines[i], slopes[j])) for j in range(len(lines)) for i in range(j + 1)
-        ]
+        bends = [(i, j, self.across(lines[i], slopes[j])) for j in range(len(lines)) for i in range(j + 1)]
         return slopes, bends
 
     def weight(self, a: int, b: int, same: bool) -> int:
@@ -309,9 +307,7 @@ def check_empty(array: Array, loops: Sequence[Any], boxes: list[Box], limit: int
 
 def uncovered(low: list[int], high: list[int], others: list[Box]) -> list[Box]:
     """The parts of a box that other boxes leave open, in numbers of cuts."""
-    others = [
-        (a, b) for a, b in others if all(x < q and p < y for x, y, p, q in zip(low, high, a, b, strict=True))
-    ]
+    others = [(a, b) for a, b in others if all(x < q and p < y for x, y, p, q in zip(low, high, a, b, strict=True))]
     if not others:
         return [(low, high)]
     a, b = others[0]
@@ -350,7 +346,7 @@ def check_lock(claim: Any, array: Array, overlap: Any = None, limit: int | None 
     cuts = [[real(x) for x in listed(own)] for own in listed(claim["cuts"])]
     need(len(cuts) == count and min(map(len, cuts)) > 1, "cuts are not those of the hinges")
     for own in cuts:
-        need(own[0] == 0 and all(a < b for a, b in zip(own, own[1:], strict=False)), "cuts do not ascend from 0")
+        need(own[0] == 0 and all(a < b for a, b in itertools.pairwise(own)), "cuts do not ascend from 0")
         need(own[-2] * ONE <= PI_LOW < PI_HIGH <= own[-1] * ONE < 3.2 * ONE, "cuts do not end just above pi")
     boxes = []
     need(len(listed(claim["lows"])) == len(listed(claim["highs"])) > 0, "there are no boxes")
@@ -412,7 +408,9 @@ class Pair:
         """The deepest piercing at the middle of a box, by floating-point numbers: two points, a height, and a way."""
         way = min(self.ways, key=lambda steps: sum(box.radius[k] for k, _ in steps))
         _, pose = box.walked(way)
-        turn, shift = (np.array([[Fraction(x, pose.divisor) for x in np.ravel(own)]], float) for own in (pose.turn, pose.shift))
+        turn, shift = (
+            np.array([[Fraction(x, pose.divisor) for x in np.ravel(own)]], float) for own in (pose.turn, pose.shift)
+        )
         metric = np.sqrt([self.array.root, 1.0])
         seen = np.array(self.samples, float) @ turn.reshape(3, 3).T + shift
         upper, lower = seen[self.segments]
@@ -480,7 +478,9 @@ def overlap_of(pairs: Sequence[Pair], array: Array) -> Any:
     """A function that proves that some pair overlaps at all closed states of a box, or names the sides to split."""
 
     def overlap(low: list[int], high: list[int]) -> tuple[bool, dict[int, int] | None]:
-        hinges = {k for loop in array.loops for k, _ in loop} | {k for pair in pairs for way in pair.ways for k, _ in way}
+        hinges = {k for loop in array.loops for k, _ in loop} | {
+            k for pair in pairs for way in pair.ways for k, _ in way
+        }
         box = Middle(array, low, high, sorted(hinges))
         equations = Equations(array, array.loops, box)
         equations.guesses([equations.values])
@@ -544,7 +544,7 @@ def check_collisions(claim: Any, array: Array, limit: int | None = None) -> tupl
     pairs = []
     for pair in listed(claim["pairs_of_facets"]):
         one, two = (whole(k) for k in listed(pair))
-        need(0 <= min(one, two) and max(one, two) < len(array.facets), "a pair is of no facets")
+        need(min(one, two) >= 0 and max(one, two) < len(array.facets), "a pair is of no facets")
         pairs += [Pair(array, one, two, margin), Pair(array, two, one, margin)]
     need(pairs, "no facets are named that overlap")
     return check_lock(claim, array, overlap_of(pairs, array), limit)

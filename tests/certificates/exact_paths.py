@@ -11,13 +11,25 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from functools import cache
-from itertools import combinations
+from itertools import combinations, pairwise
 from math import isqrt
 from typing import Any
 
 import numpy as np
 
-from tests.certificates.exact_arrays import ONE, PI_HIGH, PI_LOW, STILL, Array, RefusedError, down, length, listed, need, real
+from tests.certificates.exact_arrays import (
+    ONE,
+    PI_HIGH,
+    PI_LOW,
+    STILL,
+    Array,
+    RefusedError,
+    down,
+    length,
+    listed,
+    need,
+    real,
+)
 
 ORDERS = 8
 """Coefficients of a polynomial; the radius of the last one also holds all that is of higher order."""
@@ -64,9 +76,7 @@ class Poly:
     def times(self, number: int, doubt: int = 1) -> Poly:
         """The product with a number in fixed point that is known to so many units."""
         size = abs(number)
-        rad = [
-            (r * size + abs(a) * doubt >> 64) + 2 if a or r else 0 for a, r in zip(self.mid, self.rad, strict=True)
-        ]
+        rad = [(r * size + abs(a) * doubt >> 64) + 2 if a or r else 0 for a, r in zip(self.mid, self.rad, strict=True)]
         return Poly([a * number >> 64 for a in self.mid], rad)
 
     def bound(self) -> int:
@@ -119,12 +129,15 @@ def sine_and_cosine(angle: int) -> tuple[int, int]:
 
 
 def turned(base: int | None, step: Poly) -> tuple[Poly, Poly]:
-    """Sine and cosine of a base angle, None for pi, plus a step, which may be of any order but has no value at u = 0."""
+    """Sine and cosine of a base angle, None for pi, plus a step that is small."""
     small_sine, small_cosine, power, k = step, UNIT, step, 1
     while power.bound() > 200:
         k += 1
         power = power * step
-        power = Poly([x // k for x in power.mid], [r // k + 1 if r or x else 0 for x, r in zip(power.mid, power.rad, strict=True)])
+        power = Poly(
+            [x // k for x in power.mid],
+            [r // k + 1 if r or x else 0 for x, r in zip(power.mid, power.rad, strict=True)],
+        )
         small_sine, small_cosine = (
             (small_sine, small_cosine - power if k % 4 == 2 else small_cosine + power)
             if k % 2 == 0
@@ -156,28 +169,32 @@ class Lines:
             self.ways.append((hinge.way[0] * root * ONE // wide // 1 if wide else 0, hinge.way[1] * ONE * ONE // wide))
 
     def walked(self, steps: Any, angles: Sequence[tuple[Poly, Poly]]) -> tuple[list[Spatial], Spatial, list[Any]]:
-        """The columns of the rotation and the shift of a walk along hinges, and the axis and the place of each hinge."""
+        """Columns of the rotation and the shift of a walk along hinges, and the axis and the place of each hinge."""
         columns: list[Spatial] = [(UNIT, ZERO, ZERO), (ZERO, UNIT, ZERO), (ZERO, ZERO, UNIT)]
         shift: Spatial = (ZERO, ZERO, ZERO)
         screws = []
         for k, sense in steps:
-            (a, b), point, (sine, cosine) = self.ways[k], self.points[k], angles[k]
-            if sense < 0:
-                sine = ZERO - sine
-            along = spatial(lambda i: columns[0][i].times(a, 8) + columns[1][i].times(b, 8))
-            across = spatial(lambda i: columns[1][i].times(a, 8) - columns[0][i].times(b, 8))
-            before = spatial(lambda i: moved(columns, point, i))
-            screws.append((k, along if sense > 0 else negative(along), spatial(lambda i: before[i] + shift[i])))
-            new = spatial(lambda i: cosine * across[i] + sine * columns[2][i])
-            up = spatial(lambda i: cosine * columns[2][i] - sine * across[i])
-            columns = [
-                spatial(lambda i: along[i].times(a, 8) - new[i].times(b, 8)),
-                spatial(lambda i: along[i].times(b, 8) + new[i].times(a, 8)),
-                up,
-            ]
-            after = spatial(lambda i: moved(columns, point, i))
-            shift = spatial(lambda i: shift[i] + before[i] - after[i])
+            sine, cosine = angles[k]
+            screw, columns, shift = self._step(columns, shift, k, (sine if sense > 0 else ZERO - sine, cosine))
+            screws.append((k, screw[0] if sense > 0 else negative(screw[0]), screw[1]))
         return columns, shift, screws
+
+    def _step(
+        self, columns: list[Spatial], shift: Spatial, k: int, turn: tuple[Poly, Poly]
+    ) -> tuple[tuple[Spatial, Spatial], list[Spatial], Spatial]:
+        """The axis and the place of a hinge on a walk, and the columns of the rotation and the shift behind it."""
+        (a, b), point, (sine, cosine) = self.ways[k], self.points[k], turn
+        along = spatial(lambda i: columns[0][i].times(a, 8) + columns[1][i].times(b, 8))
+        across = spatial(lambda i: columns[1][i].times(a, 8) - columns[0][i].times(b, 8))
+        before = spatial(lambda i: moved(columns, point, i))
+        new = spatial(lambda i: cosine * across[i] + sine * columns[2][i])
+        turned_columns = [
+            spatial(lambda i: along[i].times(a, 8) - new[i].times(b, 8)),
+            spatial(lambda i: along[i].times(b, 8) + new[i].times(a, 8)),
+            spatial(lambda i: cosine * columns[2][i] - sine * across[i]),
+        ]
+        place = spatial(lambda i: before[i] + shift[i])
+        return (along, place), turned_columns, spatial(lambda i: place[i] - moved(turned_columns, point, i))
 
 
 def spatial(entry: Callable[[int], Poly]) -> Spatial:
@@ -254,10 +271,14 @@ class Stretch:
             pose, own = STILL, []
             for k, sense in loop:
                 hinge = self.array.hinges[k]
-                way = [sense * Fraction(sum(a * b for a, b in zip(row, hinge.way, strict=True)), pose.divisor) for row in pose.turn]
+                way = [
+                    sense * Fraction(sum(a * b for a, b in zip(row, hinge.way, strict=True)), pose.divisor)
+                    for row in pose.turn
+                ]
                 moved_rows = zip(pose.turn, pose.shift, strict=True)
                 place = [
-                    Fraction(sum(a * b for a, b in zip(row, hinge.point, strict=True)) + s, pose.divisor) for row, s in moved_rows
+                    Fraction(sum(a * b for a, b in zip(row, hinge.point, strict=True)) + s, pose.divisor)
+                    for row, s in moved_rows
                 ]
                 own.append((k, way, place))
                 if closed[k]:
@@ -332,18 +353,25 @@ class Stretch:
                     column, screw = self.moving.index(k), [*axis, *cross(place, axis)]
                     for i, row in rows:
                         doubt = doubts[any(row.factors[3:])]
-                        slopes[i][column] = slopes[i][column] + row.of(screw) + doubt + (ZERO if isinstance(row.kind, int) else doubt)
+                        slopes[i][column] = (
+                            slopes[i][column] + row.of(screw) + doubt + (ZERO if isinstance(row.kind, int) else doubt)
+                        )
         return values, slopes, off
 
 
 def halved(part: Poly) -> Poly:
     """Half of a polynomial."""
-    return Poly([x >> 1 for x in part.mid], [r + 2 >> 1 if r or x else 0 for x, r in zip(part.mid, part.rad, strict=True)])
+    return Poly(
+        [x >> 1 for x in part.mid], [r + 2 >> 1 if r or x else 0 for x, r in zip(part.mid, part.rad, strict=True)]
+    )
 
 
 def fixed(matrix: Any) -> list[Numbers]:
     """A matrix of guesses as fixed-point numbers, which are then exact."""
-    need(np.isfinite(matrix).all() and np.abs(matrix).max(initial=0.0) < 2**40, "equations of closure depend on each other")
+    need(
+        np.isfinite(matrix).all() and np.abs(matrix).max(initial=0.0) < 2**40,
+        "equations of closure depend on each other",
+    )
     return [[int(x * 2**64) for x in row] for row in matrix.tolist()]
 
 
@@ -412,7 +440,12 @@ def tube(stretch: Stretch, piece: Piece, gains: Sequence[list[Numbers]], nulls: 
     values, slopes, _ = stretch.twists(piece.angles())
     start = divided(values, order)
     middle = 0.5 if nulls else 0.0
-    jacobian = np.array([[part.at(middle) for part in own] for own in zip(*(divided(c, 0) for c in zip(*slopes, strict=True)), strict=True)])
+    jacobian = np.array(
+        [
+            [part.at(middle) for part in own]
+            for own in zip(*(divided(c, 0) for c in zip(*slopes, strict=True)), strict=True)
+        ]
+    )
     mean = np.mean([np.array(own, float) / ONE for own in gains], 0)
     need(abs(np.linalg.det(jacobian @ mean)) > 1e-30, "equations of closure depend on each other")
     scaling = fixed(np.linalg.inv(jacobian @ mean))
@@ -470,11 +503,17 @@ def led_by_cubics(lines: Lines, data: Any, closed: list[bool]) -> Iterator[tuple
     n = len(closed)
     times = [real(x) for x in listed(data["times"])]
     angles, rates = ([[real(x) for x in listed(row)] for row in listed(data[key])] for key in ("angles", "rates"))
-    need(len(times) == len(angles) == len(rates) > 2 and all(len(row) == n for row in (*angles, *rates)), "a stretch has no states")
-    need(all(a < b for a, b in zip(times, times[1:], strict=False)), "times do not rise")
+    need(
+        len(times) == len(angles) == len(rates) > 2 and all(len(row) == n for row in (*angles, *rates)),
+        "a stretch has no states",
+    )
+    need(all(a < b for a, b in pairwise(times)), "times do not rise")
     ended = [row > 1 for row in angles[-1]]
     for row, stops in ((angles[0], closed), (angles[-1], ended)):
-        need(all(x == (Fraction(math.pi) if at else 0) for x, at in zip(row, stops, strict=True)), "a stretch ends at no stop")
+        need(
+            all(x == (Fraction(math.pi) if at else 0) for x, at in zip(row, stops, strict=True)),
+            "a stretch ends at no stop",
+        )
     moving = [k for k in range(n) if any(row[k] != angles[0][k] for row in angles) or any(row[k] for row in rates)]
     stretch = Stretch(lines, closed, moving)
     true_pi = Fraction(PI_LOW, ONE)
@@ -554,7 +593,10 @@ def led_by_equal_turns(lines: Lines, data: Any, closed: list[bool]) -> Iterator[
     """
     n, array = len(closed), lines.array
     hinges = listed(data["hinges"])
-    need(all(type(k) is int and 0 <= k < n for k in hinges) and len(set(hinges)) == len(hinges) > 0, "equal turns of no hinge")
+    need(
+        all(type(k) is int and 0 <= k < n for k in hinges) and len(set(hinges)) == len(hinges) > 0,
+        "equal turns of no hinge",
+    )
     from tests.certificates.exact_arrays import _half_turn
 
     squares = {array.hinges[k].square for k in hinges}
@@ -573,7 +615,9 @@ def led_by_equal_turns(lines: Lines, data: Any, closed: list[bool]) -> Iterator[
                     need(ratio * ratio == hinge.square * min(squares), "equal turns of hinges of other directions")
                     half = Fraction(value, common) * Fraction(min(squares), ratio)
                     pose = pose.then(array.turn(k, sense * (-1 if closed[k] else 1), half))
-            still = all(x == (pose.divisor if i == j else 0) for i, row in enumerate(pose.turn) for j, x in enumerate(row))
+            still = all(
+                x == (pose.divisor if i == j else 0) for i, row in enumerate(pose.turn) for j, x in enumerate(row)
+            )
             need(still and not any(pose.shift), "hinges that turn by one angle open a loop")
     count = 16
     for part in range(count):
@@ -615,7 +659,10 @@ class Prisms:
                 inner = point - float(margin) * (1 - 1e-9) * (a + b) / (1.0 + a @ b) if 1.0 + a @ b > 1e-9 else point
                 own.append(inner)
             flat = [tuple(int(x / array.size * 2**64) for x in point) for point in own]
-            levels = [down(margin * (1 - Fraction(1, 10**9)) / array.size), down((height - margin * (1 - Fraction(1, 10**9))) / array.size)]
+            levels = [
+                down(margin * (1 - Fraction(1, 10**9)) / array.size),
+                down((height - margin * (1 - Fraction(1, 10**9))) / array.size),
+            ]
             self.corners.append([(x, y, z) for z in levels for x, y in flat])
         self.beside = {}
         for k, hinge in enumerate(array.hinges):
@@ -629,7 +676,9 @@ class Prisms:
                         if max(side[0]) <= 0 <= min(side[1]):
                             self.beside[one, two] = k
         self.pairs = [
-            pair for pair in combinations(range(len(array.facets)), 2) if array.panel_of[pair[0]] != array.panel_of[pair[1]]
+            pair
+            for pair in combinations(range(len(array.facets)), 2)
+            if array.panel_of[pair[0]] != array.panel_of[pair[1]]
         ]
 
     def check(self, piece: Piece, doubts: Sequence[Poly], pairs: Sequence[tuple[int, int]], depth: int = 0) -> None:
@@ -663,7 +712,12 @@ class Prisms:
         values = []
         for panel in panels:
             columns, shift = poses[panel]
-            values.append((np.array([[part.mid[0] / ONE for part in own] for own in columns]).T, np.array([part.mid[0] / ONE for part in shift])))
+            values.append(
+                (
+                    np.array([[part.mid[0] / ONE for part in own] for own in columns]).T,
+                    np.array([part.mid[0] / ONE for part in shift]),
+                )
+            )
         mine, yours = (np.array(self.corners[facet], float) / ONE for facet in pair)
         placed = [corners @ turn.T + shift for corners, (turn, shift) in zip((mine, yours), values, strict=True)]
         tried = []
@@ -672,7 +726,12 @@ class Prisms:
             along = np.roll(own[:half], -1, 0) - own[:half]
             normals = np.cross(along, [0.0, 0.0, 1.0])
             tried += [turn @ [0.0, 0.0, 1.0], *(normals @ turn.T)]
-        edges = [[(np.roll(own[: len(own) // 2], -1, 0) - own[: len(own) // 2]) @ turn.T for own, (turn, _) in zip((mine, yours), values, strict=True)]][0]
+        edges = [
+            [
+                (np.roll(own[: len(own) // 2], -1, 0) - own[: len(own) // 2]) @ turn.T
+                for own, (turn, _) in zip((mine, yours), values, strict=True)
+            ]
+        ][0]
         tried += [np.cross(a, b) for a in edges[0] for b in edges[1]]
         best = []
         for way in tried:

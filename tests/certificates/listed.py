@@ -1,7 +1,7 @@
 """Certificates of all foldings of lists: `python -m tests.certificates.listed BUDGET FOLDER GRID:N ...`.
 
-Foldings without twist are proved, each by so many efforts. What is neither proved to move nor to be locked leaves a file
-with the reason; what has a file is not searched again.
+Foldings without twist are proved, each by so many efforts. What is neither proved to move nor to be locked leaves a
+file with the reason; what has a file is not searched again.
 """
 
 import json

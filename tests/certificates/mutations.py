@@ -34,7 +34,8 @@ ODD_NUMBERS: tuple[Any, ...] = (
 )  # fmt: skip
 ODD_TEXTS = (
     "", "0", "1", "-1", "1e-999999999", "1e999999999", "9" * 5000, "1/0", "1/3", "nan", "inf", " 2e-05\n", "\u001b[2J",
-    "\ud800", "\u0661", "top", "bottom", "flat", "packed", "lock", "path", "collision", "cubics", "equal", "hinged", "rigid",
+    "\ud800", "\u0661", "top", "bottom", "flat", "packed", "lock", "path", "collision", "cubics", "equal", "hinged",
+    "rigid",
 )  # fmt: skip
 ODD_VALUES: tuple[Any, ...] = (None, [], {}, [[]], [None], {"kind": "path"}, [0] * 1000, "x")
 
@@ -64,7 +65,15 @@ def changed(value: Any, rng: random.Random) -> Any:
     if isinstance(value, bool):
         return rng.choice([not value, int(value), None, "true"])
     if isinstance(value, int | float):
-        near = [value + 1, value - 1, -value, 2 * value, value * 1000, float(value) if abs(value) < 1e300 else 0, str(value)]
+        near = [
+            value + 1,
+            value - 1,
+            -value,
+            2 * value,
+            value * 1000,
+            float(value) if abs(value) < 1e300 else 0,
+            str(value),
+        ]
         near += [math.nextafter(value, side) for side in (-4.0, 4.0)] if abs(value) < 1e300 else []
         return rng.choice([*near, *ODD_NUMBERS])
     if isinstance(value, str):
@@ -72,14 +81,20 @@ def changed(value: Any, rng: random.Random) -> Any:
     if isinstance(value, list):
         own, k = list(value), rng.randrange(len(value) + 1)
         shuffled = rng.sample(own, len(own))
-        ways: list[Any] = [own[:k], own[k:], own[:k] + own[k + 1 :], own[::-1], shuffled, [own], own * 2, own * rng.choice([10, 200])]
+        ways: list[Any] = [
+            own[:k],
+            own[k:],
+            own[:k] + own[k + 1 :],
+            own[::-1],
+            shuffled,
+            [own],
+            own * 2,
+            own * rng.choice([10, 200]),
+        ]
         return copy.deepcopy(rng.choice(ways))
-    if isinstance(value, dict):
-        own = dict(value)
-        if own:
-            own.pop(rng.choice(sorted(own)))
-        return own
-    return rng.choice(ODD_VALUES)
+    keys = sorted(value) if isinstance(value, dict) else []
+    dropped = rng.choice(keys) if keys else None
+    return {key: own for key, own in value.items() if key != dropped} if keys else rng.choice(ODD_VALUES)
 
 
 def mutated(data: Any, rng: random.Random) -> str:

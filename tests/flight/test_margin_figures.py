@@ -1,5 +1,7 @@
 """Least torque margins of a travel: against HiGHS, against closed states between, and for congruent foldings."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,11 @@ def programs_of(linkage, states, laws, friction):
     return rates, whole, torque_margins_failed(*program, whole)
 
 
+def standard_hinges_of(linkage):
+    """The hinge of a linkage for each one of the linkage that is simulated in place of all congruent ones."""
+    return np.arange(linkage.n_hinges) if linkage.twin is None else np.argsort(linkage.twin.hinges)
+
+
 def failed_by_highs(rows, torques, friction, senses):
     """The least margin with one spring failed, of those that have a torque."""
     without = [np.where(np.arange(len(torques)) == hinge, 0.0, torques) for hinge in np.flatnonzero(torques)]
@@ -58,8 +65,7 @@ def test_states_that_the_kernel_alone_does_not_solve_have_the_margins_of_highs(c
     states = np.array([[float(angle) for angle in state.split()] for state in STATES])
     linkage = first if crease == 0 else second
     if crease == 4:
-        twins = [np.arange(20) if one.twin is None else np.array(one.twin.hinges) for one in (first, second)]
-        states = states[:, np.argsort(twins[0])][:, twins[1]]
+        states = states[:, standard_hinges_of(first)][:, np.argsort(standard_hinges_of(second))]
     assert max(np.abs(linkage.closure(state)[0]).max() for state in states) < 1e-9
     _, whole, failed = programs_of(linkage, states, [law_named("linear:0.5+0.1")] * 20, np.full(20, 0.03))
     assert whole.known.all()
@@ -136,15 +142,13 @@ def test_without_preload_the_margin_is_proved_to_be_0():
     assert (failed.value, failed.kind) == (0.0, "proved")
 
 
-@pytest.mark.parametrize("pairs", ["rigid", "hinged"])
-def test_congruent_foldings_have_equal_figures(pairs):
-    """Of a path in the numbers of each one's hinges, with unequal springs and friction."""
+def test_congruent_foldings_have_equal_figures():
+    """Also of a motion through the same states, each in the numbers of its own hinges."""
     names = [f"square:01222233300001222100:{crease}" for crease in (0, 4)]
-    linkages = [Folding.from_notation(name).linkage("300x300x12", flat_pairs=pairs) for name in names]
-    assert sum(linkage.twin is None for linkage in linkages) <= 1
+    linkages = [Folding.from_notation(name).linkage("300x300x12", flat_pairs="hinged") for name in names]
     built = Scene(
         "built",
-        panel="300x300x12",
+        panel=(0.3, 0.3, 0.012),
         margin=2e-3,
         spring="linear:0.5+0.1",
         friction=0.02,
@@ -152,7 +156,20 @@ def test_congruent_foldings_have_equal_figures(pairs):
         latch_stiffness=2000.0,
         stop_tolerance=1e-4,
     )
-    figures = [figures_of(travel_along(linkage, built)) for linkage in linkages]
+    states = [[float(angle) for angle in state.split()] for state in STATES]
+    found = []
+    for linkage in linkages:
+        own = np.array(states)[:, standard_hinges_of(linkages[0])][:, np.argsort(standard_hinges_of(linkage))]
+        travel = travel_along(linkage, built, np.vstack([linkage.folded, own, linkage.flat]))
+        found.append((figures_of(travel_along(linkage, built)), least_margins(replace(travel, source="deployment"))))
     for name in ("deployed_hz", "flatness", "tilt", "self_stresses", "mass", "stowed_length", "area_per_volume"):
-        first, second = (getattr(one, name) for one in figures)
+        first, second = (getattr(figures, name) for figures, _ in found)
         assert first == pytest.approx(second, rel=1e-9), name
+    for one, other in zip(*(margins for _, margins in found), strict=True):
+        assert one.value == pytest.approx(other.value, rel=1e-9)
+        assert 0.0 < one.value < 10.0
+        hinges = [
+            standard_hinges_of(linkage).tolist().index(it.hinge)
+            for linkage, it in zip(linkages, (one, other), strict=True)
+        ]
+        assert hinges[0] == hinges[1]

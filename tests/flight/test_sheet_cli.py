@@ -6,6 +6,7 @@ import re
 import pytest
 
 from tests.commands import run_here, without_progress
+from tests.documents import ROOT
 
 NAME = "hex:0234550132:4"
 SCENE = """
@@ -34,9 +35,23 @@ def test_a_sheet_lists_rules_and_its_exit_code_tells_whether_they_pass(run, sola
     done = run("sheet", NAME, "--scene", solar)
     assert done.returncode == 1
     assert re.search(r"verdict +fail", done.stdout)
-    assert re.search(r"torque of springs over resistance +4\.7\.5\.3\.1 +6\.667 +at least 7\.5 +fail", done.stdout)
+    assert re.search(
+        r"torque of springs over resistance +4\.7\.5\.3\.1 +6\.667 +simulated +at least 7\.5 +fail", done.stdout
+    )
     assert "Sensitivities" in done.stdout
     assert without_progress(done.stderr) == ""
+
+
+def test_the_example_of_the_readme_passes(run, tmp_path):
+    (sentence,) = (
+        line for line in (ROOT / "README.md").read_text("utf-8").splitlines() if "--scene flight.toml`" in line
+    )
+    given = re.findall(r"`(\w+ = [^`]+)`", sentence)
+    assert len(given) == 4
+    (tmp_path / "flight.toml").write_text("\n".join([given[0], "[scene]", *given[1:]]))
+    done = run("sheet", NAME, "--scene", "flight.toml")
+    assert (done.returncode, without_progress(done.stderr)) == (0, "")
+    assert re.search(r"verdict +pass", done.stdout)
 
 
 def test_springs_that_pass_are_written_to_a_file_whose_sheet_passes_those_rules(run, solar, tmp_path):

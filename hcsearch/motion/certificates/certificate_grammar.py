@@ -130,8 +130,10 @@ class Hinge(NamedTuple):
 
 
 def is_convex(corners: list[list[int]]) -> bool:
-    """Whether all corners are on the left of each side, or on it, and some are on the left."""
+    """Whether corners differ, and all of them are on the left of each side, or on it, and some are on the left."""
     points = np.array(corners)
+    if len(np.unique(points, axis=0)) < len(points):
+        return False
     sides, chords = np.roll(points, -1, 0) - points, points - points[:, None]
     left = sides[:, None, 0] * chords[..., 1] - sides[:, None, 1] * chords[..., 0]
     return bool(left.min() >= 0 and left.max() > 0)

@@ -6,6 +6,7 @@ here to hold no closed state, by branch and bound. This file needs NumPy, `balls
 it, and imports nothing else of hcsearch. Numbers in brackets are those of docs/explanation/certificates.md.
 """
 
+from fractions import Fraction
 from math import pi
 from typing import Any
 
@@ -75,11 +76,25 @@ class Array:
             same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
             steps = [*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))]
             formed(len(steps) > 1, "a hinge joins a panel to itself")
+            need(is_closed([own.hinges[k] for k, _ in steps], own), "its packed state is not closed")
             self.loops.append(Loop(steps, self.places, self.axes))
         need(self.loops, "no loop is closed by the hinges")
         terms = len(self.ends) + sum(len(loop.hinges) * (len(loop.hinges) + 1) // 2 for loop in self.loops)
         self.cells = 12 * len(self.loops) * terms
         formed(self.cells <= MOST_CELLS, "the loops of a lock have too many hinges")
+
+
+def is_closed(hinges: Any, own: ArrayData) -> bool:
+    """Whether a loop is exactly closed where its hinges that close are folded flat, by half a turn each."""
+    still = np.eye(3, dtype=int) * Fraction(1)
+    turn, shift = still, 0 * still[0]
+    for hinge in hinges:
+        if hinge.closes:  # by half a turn v goes to 2 u (u.v) / u.u - v
+            point, way = np.array([*hinge.p, own.height if hinge.top else 0]), np.subtract([*hinge.q, 0], [*hinge.p, 0])
+            along = way * [own.root, 1, 1]
+            half = 2 * np.outer(way, along) * Fraction(1, int(along @ way)) - still
+            turn, shift = turn @ half, shift + turn @ (point - half @ point)
+    return bool((turn == still).all() and not shift.any())
 
 
 def ways_from(start: int, ends: Any, without: Any = ()) -> dict[int, Any]:
