@@ -86,11 +86,13 @@ class Query:
                 count += len(chunk)
                 yield chunk
 
-        with self.rows(database) as rows:
+        chosen = self
+        if self.sql is None and self.view in SCENIC:  # once, as a line says which scene is read
+            chosen = replace(self, scene=self._scene(database, scenic=True), panel=None)
+        with chosen.rows(database) as rows:
             yield replace(rows, chunks=chunks(rows))
         if not count and self.sql is None and self.limit != 0:
-            scene = self._scene(database, self.view in SCENIC)
-            reason = empty_result_reason(database, self.conditions, self.view, scene)
+            reason = empty_result_reason(database, self.conditions, self.view, chosen.scene or DEFAULT_SCENE_NAME)
             write_notice(reason and f"no design: {reason}")
 
     def _scene(self, database: Database, scenic: bool) -> str:

@@ -37,6 +37,7 @@ from hcsearch.motion.planning.stretches import SAME_STATE_DISTANCE
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import components, sides_of
 from hcsearch.system.reading import read_binary_file
+from hcsearch.system.work_steps import work_step
 
 DEFAULT_PROOF_BUDGET = 5
 """The default budget of the search for a proof."""
@@ -204,6 +205,7 @@ def read_certificate(path: str) -> Any:
         raise CertificateError(f"{refused}; write it by hcsearch prove") from None
 
 
+@work_step("checking the certificate")
 def verify_certificate(data: Any, seconds: float = math.inf) -> list[str]:
     """Verify the claims of a certificate; return the proved facts as sentences.
 
