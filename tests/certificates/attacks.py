@@ -28,7 +28,7 @@ REASONS = {
     "ends": f"{FORM}|the one end alone|its end is|not closed|is open|no loop is closed",
     "face": "a face of its boxes|no loop is closed",
     "closed": "not proved to lie beside|ends at no stop|open a loop|not parallel|panels are not proved"
-    "|does not end flat|has no states|a loop is open|wrenches|a number|not computed",
+    "|does not end flat|has no states|a loop is open|wrenches|is no number|not computed",
     "path": f"{FORM}|ends at no stop|does not end flat|open a loop|not parallel|no states|a loop is open",
     "margin": f"{FORM}|margin|decimal|no loop is closed",
     "nothing": "it claims nothing|does not end flat|nothing|it has not|no states|a path of no",
@@ -342,7 +342,7 @@ def paths(claim: dict[str, Any], rng: random.Random) -> Iterator[Attack]:
         yield attack("a straight line of many states", [{**fine, "rates": [[-x for x in ends]] * 65}], "closed")
     for place, stretch in enumerate(stretches):
         for kind, own, reason in broken(stretch, closes, rng):
-            if kind == "a jump" and not Array(array).loops:
+            if kind in ("a jump", "rates against the path") and not Array(array).loops:
                 continue  # between two states fold angles run along a cubic, which a hinge in no loop may take
             yield attack(kind, [*stretches[:place], own, *stretches[place + 1 :]], reason)
     for margin in ("0", "0.0", "0.5", "1e300", "1e-999999999", "1e999999999"):
