@@ -88,7 +88,8 @@ def test_queries_count_what_no_simulation_decides_beside_their_rows(searched):
     as_json = call("query", "untwisted", "--scene", "short", "--db", path, "--format", "json")
     assert json.loads(as_json.stdout)
     assert as_json.stderr == ""
-    assert call("query", "n_foldings<2", "--scene", "short", "--db", path).stderr == ""
+    without_rows = call("query", "n_foldings<2", "--scene", "short", "--db", path).stderr
+    assert without_rows == "no design: the least n_foldings here is 4\n"
 
 
 def test_reports_count_what_no_simulation_decides(searched, tmp_path):
