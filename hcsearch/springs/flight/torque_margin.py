@@ -154,7 +154,10 @@ def torque_margins(rates: ClosedRates, torques: Reals, friction: Reals, senses: 
         _solve_again(found, state, rates.take(np.array([state])), torques[state], friction, senses[state])
     losses = friction * np.abs(found.rates)
     hinges = np.where(losses.any(axis=1), losses.argmax(axis=1), -1)
-    return replace(found, known=_meet(found, scale, KNOWN_MARGIN_TOLERANCE), hinges=hinges)
+    # beside singular states stops that rates pass by rounding may put the margin above its bound
+    between = np.minimum(found.margins, found.bounds), np.maximum(found.margins, found.bounds)
+    known = _meet(found, scale, KNOWN_MARGIN_TOLERANCE)
+    return replace(found, margins=between[0], bounds=between[1], known=known, hinges=hinges)
 
 
 def torque_margins_failed(
@@ -170,6 +173,7 @@ def torque_margins_failed(
     powers = torques * whole.rates
     lost = (friction * np.abs(whole.rates)).sum(axis=1, keepdims=True)
     least = np.maximum(powers.sum(axis=1, keepdims=True) - powers, 0.0) / np.where(lost > 0.0, lost, np.inf)
+    least[~whole.known] = 0.0  # their rates bound nothing
     least[torques == 0.0] = np.inf
     order, found = np.argsort(least, axis=1), FailedMargins.none_of(count)
     for turn in range(torques.shape[1]):
@@ -227,7 +231,7 @@ def kernel_margins(rates: ClosedRates, torques: Reals, friction: Reals, senses: 
 def _meet(found: TorqueMargins, scale: Reals, tolerance: float) -> Flags:
     """Return where margins and bounds differ by no more than a tolerance, (k,)."""
     with np.errstate(invalid="ignore"):  # of infinite ones
-        near = found.bounds - found.margins <= tolerance * np.maximum(found.bounds, scale)
+        near = np.abs(found.bounds - found.margins) <= tolerance * np.maximum(found.bounds, scale)
     meet: Flags = (found.margins == found.bounds) | (near & np.isfinite(found.bounds))
     return meet
 
