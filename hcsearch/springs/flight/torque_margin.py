@@ -28,7 +28,7 @@ from hcsearch.motion.paths.motions import STOP_TOLERANCE
 
 CLOSED_RATE_TOLERANCE = 1e-9
 """Singular values of the closure Jacobian below this share of the greatest are zeros."""
-CERTIFICATE_TOLERANCE = 1e-9
+CERTIFICATE_TOLERANCE = 1e-10
 """Greatest difference of a margin and its bound at which the program counts as solved, over the bound, or over the
 greatest torque to the greatest friction where that is more."""
 KNOWN_MARGIN_TOLERANCE = 1e-6
@@ -269,15 +269,13 @@ def _solve_again(
 
 
 def _attained(rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs, found: Reals) -> Reals:
-    """Return the ratios of rates, less what closing them exactly may change; 0 where rates pass a stop."""
+    """Return the ratios of rates without those that pass a stop, less what closing them exactly may change."""
+    found = np.where(senses * found < 0.0, 0.0, found)
     opened = np.linalg.norm(np.einsum("krn,kn->kr", rates.jacobians, found), axis=1)
     off = opened / _least_values(rates) + MARGIN_ROUNDING * np.linalg.norm(found, axis=1)
     power = (torques * found).sum(axis=1) - off * np.linalg.norm(torques, axis=1)
     losses = (friction * np.abs(found)).sum(axis=1) + off * np.linalg.norm(friction)
-    held = (senses * found >= -CLOSED_RATE_TOLERANCE * np.abs(found).max(axis=1, initial=0.0, keepdims=True)).all(
-        axis=1
-    )
-    usable = held & (losses > 0.0)
+    usable = losses > 0.0
     return np.where(usable, np.maximum(power, 0.0) / np.where(usable, losses, 1.0), 0.0)
 
 
