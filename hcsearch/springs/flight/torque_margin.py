@@ -28,7 +28,7 @@ from hcsearch.motion.paths.motions import STOP_TOLERANCE
 
 CLOSED_RATE_TOLERANCE = 1e-9
 """Singular values of the closure Jacobian below this share of the greatest are zeros."""
-CERTIFICATE_TOLERANCE = 1e-9
+CERTIFICATE_TOLERANCE = 1e-10
 """Greatest difference of a margin and its bound at which the program counts as solved, over the bound, or over the
 greatest torque to the greatest friction where that is more."""
 KNOWN_MARGIN_TOLERANCE = 1e-6
@@ -154,7 +154,10 @@ def torque_margins(rates: ClosedRates, torques: Reals, friction: Reals, senses: 
         _solve_again(found, state, rates.take(np.array([state])), torques[state], friction, senses[state])
     losses = friction * np.abs(found.rates)
     hinges = np.where(losses.any(axis=1), losses.argmax(axis=1), -1)
-    return replace(found, known=_meet(found, scale, KNOWN_MARGIN_TOLERANCE), hinges=hinges)
+    # beside singular states stops that rates pass by rounding may put the margin above its bound
+    between = np.minimum(found.margins, found.bounds), np.maximum(found.margins, found.bounds)
+    known = _meet(found, scale, KNOWN_MARGIN_TOLERANCE)
+    return replace(found, margins=between[0], bounds=between[1], known=known, hinges=hinges)
 
 
 def torque_margins_failed(
@@ -170,6 +173,7 @@ def torque_margins_failed(
     powers = torques * whole.rates
     lost = (friction * np.abs(whole.rates)).sum(axis=1, keepdims=True)
     least = np.maximum(powers.sum(axis=1, keepdims=True) - powers, 0.0) / np.where(lost > 0.0, lost, np.inf)
+    least[~whole.known] = 0.0  # their rates bound nothing
     least[torques == 0.0] = np.inf
     order, found = np.argsort(least, axis=1), FailedMargins.none_of(count)
     for turn in range(torques.shape[1]):
@@ -227,7 +231,7 @@ def kernel_margins(rates: ClosedRates, torques: Reals, friction: Reals, senses: 
 def _meet(found: TorqueMargins, scale: Reals, tolerance: float) -> Flags:
     """Return where margins and bounds differ by no more than a tolerance, (k,)."""
     with np.errstate(invalid="ignore"):  # of infinite ones
-        near = found.bounds - found.margins <= tolerance * np.maximum(found.bounds, scale)
+        near = np.abs(found.bounds - found.margins) <= tolerance * np.maximum(found.bounds, scale)
     meet: Flags = (found.margins == found.bounds) | (near & np.isfinite(found.bounds))
     return meet
 
@@ -265,15 +269,13 @@ def _solve_again(
 
 
 def _attained(rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs, found: Reals) -> Reals:
-    """Return the ratios of rates, less what closing them exactly may change; 0 where rates pass a stop."""
+    """Return the ratios of rates without those that pass a stop, less what closing them exactly may change."""
+    found = np.where(senses * found < 0.0, 0.0, found)
     opened = np.linalg.norm(np.einsum("krn,kn->kr", rates.jacobians, found), axis=1)
     off = opened / _least_values(rates) + MARGIN_ROUNDING * np.linalg.norm(found, axis=1)
     power = (torques * found).sum(axis=1) - off * np.linalg.norm(torques, axis=1)
     losses = (friction * np.abs(found)).sum(axis=1) + off * np.linalg.norm(friction)
-    held = (senses * found >= -CLOSED_RATE_TOLERANCE * np.abs(found).max(axis=1, initial=0.0, keepdims=True)).all(
-        axis=1
-    )
-    usable = held & (losses > 0.0)
+    usable = losses > 0.0
     return np.where(usable, np.maximum(power, 0.0) / np.where(usable, losses, 1.0), 0.0)
 
 
