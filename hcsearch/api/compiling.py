@@ -45,7 +45,7 @@ from hcsearch.kernels.linkage.cones import cone_rays, nonnegative_least_squares,
 from hcsearch.kernels.linkage.hinge_lines import survey_ends
 from hcsearch.kernels.linkage.loops import bend_loops, close_loops, generic_states
 from hcsearch.kernels.linkage.prisms import pairs_between
-from hcsearch.kernels.multibody.events import largest_opening, open_state_share, refined_motion
+from hcsearch.kernels.multibody.events import largest_opening, open_state_share, refined_motion, step_openings
 from hcsearch.kernels.multibody.hinges import no_targets
 from hcsearch.kernels.multibody.simulation import simulate_motion
 from hcsearch.kernels.multibody.tree import work_for
@@ -144,6 +144,7 @@ _DEPLOY = (
     simulate_motion,
     refined_motion,
     largest_opening,
+    step_openings,
     open_state_share,
     no_targets,
     work_for,
@@ -159,6 +160,7 @@ _CHECK = (
     simulate_motion,
     refined_motion,
     largest_opening,
+    step_openings,
     no_targets,
     work_for,
     judge_clearance,

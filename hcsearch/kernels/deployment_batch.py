@@ -32,6 +32,7 @@ from hcsearch.kernels.multibody.events import (
     largest_opening,
     open_state_share,
     refined_motion,
+    step_openings,
 )
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, no_targets
 from hcsearch.kernels.multibody.integrators import IntegrationMethod
@@ -141,8 +142,11 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
             residual = max(findings.closure_residuals[i], largest_opening(tree, motion, cubic, work))
             findings.closure_residuals[i] = residual
             course = _course(subject, motion, cubic)
-            slack = subject.residual_lever * residual
-            tolerances = ClearanceTolerances(slack, rules.margin, subject.max_margin, rules.resolution)
+            openings = np.full(max(0, len(motion[0]) - 1), residual)
+            if not cubic and residual > INTERPOLATED_STATE_RESIDUAL:
+                openings = step_openings(tree, motion, INTERPOLATED_STATE_RESIDUAL, work)
+            slacks = subject.residual_lever * openings
+            tolerances = ClearanceTolerances(slacks, rules.margin, subject.max_margin, rules.resolution)
             verdict = judge_clearance(
                 subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, tolerances, flat, report
             )

@@ -104,7 +104,7 @@ def test_the_needed_margin_is_enough_and_no_step_less_is(known):
 
     def kind(own):
         return certify_clearance(
-            compiled.linkage, path.course, margin=own, slack=path.slack, apart=compiled.separated_pairs, measured=False
+            compiled.linkage, path.course, margin=own, slack=path.slacks, apart=compiled.separated_pairs, measured=False
         ).kind
 
     assert kind(margin) == "clear"

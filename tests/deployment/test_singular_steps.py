@@ -10,6 +10,7 @@ from hcsearch.scenes import SCENES, panel_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.agreement import confirm_deployment
 from hcsearch.springs.deployment.compiled_scene import compile_scene
+from hcsearch.springs.deployment.quick_check import check_deployments
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch.springs.dynamics.integration_methods import interpolate_motion
 from hcsearch.springs.dynamics.time_integration import closed_between
@@ -39,6 +40,26 @@ def test_packed_panels_touch_and_do_not_collide_whatever_the_method(name, way, m
     assert deployment.outcome == "flat"
     assert deployment.clearance.kind == "clear"
     assert deployment.check.opening < 2.0 * INTERPOLATED_STATE_RESIDUAL
+
+
+@pytest.mark.parametrize(
+    ("name", "way"),
+    [
+        ("kite:23203030:3", "merged"),
+        ("rectangle:12333011:3", "rigid"),
+        ("rectangle:0122323001:3", "rigid"),
+        ("hex:0233445011:1", "rigid"),  # nearly touches where loops hardly open
+        ("hex:0234435011:1", "rigid"),  # diverges
+    ],
+)
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-6])
+def test_a_check_of_many_has_the_slack_of_each_step_too(name, way, tolerance):
+    compiled = compiled_of(name, way)
+    one = simulate_compiled(compiled, tolerance=tolerance)
+    (found,) = check_deployments([compiled], tolerance=tolerance)
+    clearance = one.clearance
+    assert (found.verdict, found.looks, found.gap) == (one.verdict, clearance.bound_count, clearance.gap)
+    assert (found.opening, found.collision, found.speed) == (one.check.opening, one.check.collision, clearance.speed)
 
 
 def test_one_method_deploys_at_all_tolerances():

@@ -38,11 +38,12 @@ PLACEMENT_ROUNDING = 1e-12
 class ClearanceTolerances(NamedTuple):
     """Tolerances of the clearance check, m.
 
-    slack : greatest displacement of panels from where they are placed. margin : by which prisms are shrunk on every
-        face. max_margin : margin at which a panel would vanish. resolution : of the smallest gap.
+    slacks : greatest displacement of panels from where they are placed, of each step between k states, (k - 1,).
+        margin : by which prisms are shrunk on every face. max_margin : margin at which a panel would vanish.
+        resolution : of the smallest gap.
     """
 
-    slack: float
+    slacks: Reals
     margin: float
     max_margin: float
     resolution: float
@@ -74,25 +75,65 @@ def judge_clearance(
 ) -> int:
     """Return the verdict on a motion; if it is clear and to be measured, write its smallest gap too.
 
+    Steps of one slack in a row are judged together.
+    """
+    slacks, largest, first = tolerances.slacks, PLACEMENT_ROUNDING, 0
+    report.gaps[0] = math.inf
+    report.bound_counts[0] = 0
+    verdict, time, pair = MOTION_CLEAR, 0.0, 0
+    while first < len(slacks):
+        last = first + 1
+        while last < len(slacks) and slacks[last] == slacks[first]:
+            last += 1
+        slack = max(slacks[first], PLACEMENT_ROUNDING)
+        part = _part(course, first, last + 1)
+        judged = _judge_part(chain, prisms, shrunk, pairs, part, slack, tolerances, report)
+        if judged == MOTION_COLLIDES:
+            return MOTION_COLLIDES
+        if judged == MOTION_UNDECIDED and verdict == MOTION_CLEAR:
+            verdict, time, pair = MOTION_UNDECIDED, report.times[0], report.pairs[0]
+        largest, first = max(largest, slack), last
+    if verdict == MOTION_UNDECIDED:
+        report.times[0], report.pairs[0] = time, pair
+    elif measured:
+        rise, resolution = 2.0 * tolerances.margin, tolerances.resolution
+        # where pairs approach and part again shows in the whole motion only
+        gap, bound_count = smallest_dip(chain, prisms, pairs, course, rise, resolution)
+        report.gaps[0] = max(gap - largest, 0.0)
+        report.bound_counts[0] += bound_count
+    return verdict
+
+
+@compiled
+def _part(course: Course, begin: int, end: int) -> Course:
+    """Return the course between the states of a range."""
+    times, angles, rates, accelerations = course.times, course.angles, course.rates, course.accelerations
+    return Course(times[begin:end], angles[begin:end], rates[begin:end], accelerations[begin:end], course.cubic)
+
+
+@compiled
+def _judge_part(
+    chain: Chain,
+    prisms: Prisms,
+    shrunk: Prisms,
+    pairs: PrismPairs,
+    course: Course,
+    slack: float,
+    tolerances: ClearanceTolerances,
+    report: ClearanceReport,
+) -> int:
+    """Return the verdict on steps of one slack.
+
     Panels that come nearer than the slack need not collide: only those certainly do that still overlap when shrunk
     further by half the slack.
     """
-    slack = max(tolerances.slack, PLACEMENT_ROUNDING)
-    report.gaps[0] = math.inf
-    report.bound_counts[0] = 0
-    verdict = search_collision(chain, shrunk, pairs, course, slack, report)
-    if verdict == MOTION_CLEAR:
-        if measured:
-            rise, resolution = 2.0 * tolerances.margin, tolerances.resolution
-            gap, bound_count = smallest_dip(chain, prisms, pairs, course, rise, resolution)
-            report.gaps[0] = max(gap - slack, 0.0)
-            report.bound_counts[0] += bound_count
+    if search_collision(chain, shrunk, pairs, course, slack, report) == MOTION_CLEAR:
         return MOTION_CLEAR
     if tolerances.margin + 0.5 * slack >= tolerances.max_margin:
         return MOTION_UNDECIDED
     time, pair = report.times[0], report.pairs[0]
     k = max(np.searchsorted(course.times, time) - 1, 0)
-    remainder = Course(course.times[k:], course.angles[k:], course.rates[k:], course.accelerations[k:], course.cubic)
+    remainder = _part(course, k, len(course.times))
     inner_vertices = shrunk.vertices + (0.5 * slack / tolerances.margin) * (shrunk.vertices - prisms.vertices)
     inner = Prisms(
         shrunk.panels, shrunk.counts, inner_vertices, shrunk.middles, shrunk.reaches, shrunk.normals, shrunk.edges

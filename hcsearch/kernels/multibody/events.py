@@ -227,6 +227,24 @@ def largest_opening(tree: BodyTree, states: StateSeries, cubic: bool, work: Work
 
 
 @compiled
+def step_openings(tree: BodyTree, states: StateSeries, closed: float, work: Work) -> Reals:
+    """Return a bound of the closure residual (rad, or gap over size) in each step between k states, (k - 1,).
+
+    It is the greatest of the step itself where that exceeds `closed`; the others have one bound, `closed` at most.
+    """
+    times, q, v, a = states
+    openings = np.zeros(max(0, len(times) - 1))
+    for k in range(len(openings)):
+        openings[k] = largest_opening(tree, (times[k : k + 2], q[k : k + 2], v[k : k + 2], a[k : k + 2]), False, work)
+    common = 0.0
+    for opening in openings:
+        common = max(common, min(opening, closed))
+    for k in range(len(openings)):
+        openings[k] = max(openings[k], common)
+    return openings
+
+
+@compiled
 def open_state_share(tree: BodyTree, q: Reals, work: Work) -> float:
     """Return the share of states q, (k, n), whose loops are open by more than `SIMULATED_STATE_RESIDUAL`.
 

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -25,7 +24,7 @@ from hcsearch.kernels.collision.clearance_search import (
     judge_clearance,
 )
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.kernels.collision.least_gaps import approach_speed, least_pair_gap, smallest_dip
+from hcsearch.kernels.collision.least_gaps import approach_speed, least_pair_gap
 from hcsearch.motion.collision.panel_prisms import (
     DEFAULT_PANEL_MARGIN,
     GAP_RESOLUTION,
@@ -108,32 +107,10 @@ class _Certificate:
 
     def certify(self, course: Course, slack: float | Reals, measured: bool) -> Clearance:
         """As `certify_clearance`."""
-        if np.ndim(slack) == 0:
-            return self._judged(course, float(slack), measured)
-        slacks, bound_count, undecided = np.asarray(slack), 0, None
-        changes = np.flatnonzero(np.diff(slacks)) + 1
-        for first, last in pairwise([0, *changes.tolist(), len(slacks)]):
-            times, angles, rates, accelerations = (part[first : last + 1] for part in course[:4])
-            piece = Course(times, angles, rates, accelerations, course.cubic)
-            clearance = self._judged(piece, float(slacks[first]), False)
-            bound_count += clearance.bound_count
-            if clearance.kind == "collides":
-                return replace(clearance, bound_count=bound_count)
-            undecided = undecided or (clearance if clearance.kind == "undecided" else None)
-        if undecided is not None:
-            return replace(undecided, bound_count=bound_count)
-        gap = math.inf
-        if measured:  # where pairs approach and part again shows in the whole motion only
-            chain, solids = self.linkage.chain, self.solids
-            threshold = 2.0 * solids.margin
-            gap, dip_bounds = smallest_dip(chain, solids.prisms, solids.pairs, course, threshold, self.resolution)
-            gap, bound_count = max(gap - float(slacks.max()), 0.0), bound_count + dip_bounds
-        return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, bound_count)
-
-    def _judged(self, course: Course, slack: float, measured: bool) -> Clearance:
         report = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.zeros(1), np.zeros(1, np.int64))
         solids = self.solids
-        tolerances = ClearanceTolerances(slack, solids.margin, solids.max_margin, self.resolution)
+        slacks = np.broadcast_to(slack, len(course.times) - 1).astype(float)
+        tolerances = ClearanceTolerances(slacks, solids.margin, solids.max_margin, self.resolution)
         verdict = judge_clearance(
             self.linkage.chain, solids.prisms, solids.shrunk, solids.pairs, course, tolerances, measured, report
         )

@@ -14,7 +14,6 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.kernels.multibody.events import INTERPOLATED_STATE_RESIDUAL
 from hcsearch.motion.collision.clearance import certify_clearance, least_gap_of_motion
 from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, TOUCHING_DISTANCE, scale_of
 from hcsearch.motion.collision.panel_reaches import slack_of
@@ -24,10 +23,10 @@ from hcsearch.system.work_steps import work_step
 
 
 class DeploymentCourse(NamedTuple):
-    """The course of the fold angles; slack : greatest displacement of panels, m, at all times or in each step."""
+    """The course of the fold angles; slacks : greatest displacement of panels in each step, m."""
 
     course: Course
-    slack: float | Reals
+    slacks: Reals
 
 
 def course_of_deployment(compiled: CompiledScene, motion: Motion) -> DeploymentCourse:
@@ -39,10 +38,8 @@ def course_of_deployment(compiled: CompiledScene, motion: Motion) -> DeploymentC
     angles, rates, accelerations = map(np.ascontiguousarray, (angles, rates, accelerations))
     if (compiled.joint_of < 0).any():  # the extension of the springs of cut hinges opens the loops
         gaps = np.maximum(gaps, motion.gap)
-    # springs that close loops yield at impacts, for moments; exact loops hardly open at all, but near singular states
-    local = motion.cubic or gaps.max(initial=0.0) > INTERPOLATED_STATE_RESIDUAL
-    slack = slack_of(compiled.linkage, 1.0) * (gaps if local else gaps.max(initial=0.0))
-    return DeploymentCourse(Course(times, angles, rates, accelerations, cubic), slack)
+    slacks = slack_of(compiled.linkage, 1.0) * gaps
+    return DeploymentCourse(Course(times, angles, rates, accelerations, cubic), slacks)
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,7 @@ def _needed(compiled: CompiledScene, path: DeploymentCourse, least_margin: float
     count = math.ceil(compiled.margin / step * (1.0 - 1e-9)) - 1
     margins = [margin for k in range(1, count + 1) if (margin := k * step) >= least_margin * (1.0 - 1e-9)]
     margins.append(compiled.margin)
-    certified = partial(certify_clearance, linkage, slack=path.slack, apart=compiled.separated_pairs, measured=False)
+    certified = partial(certify_clearance, linkage, slack=path.slacks, apart=compiled.separated_pairs, measured=False)
     low, high = 0, len(margins) - 1
     tried = 0  # the least margin first: most motions in which panels hardly touch need no more
     while low < high:

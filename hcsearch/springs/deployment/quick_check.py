@@ -36,8 +36,8 @@ MAX_SCENE_TABLE_BYTES, MAX_MOTION_RECORD_BYTES = 2**28, 2**29
 class CheckedPanels(NamedTuple):
     """The panels of a scene as tables of a check.
 
-    reach : greatest displacement of panels (m) over the opening of loops, see `slack_of`; the check uses the largest
-        opening of a motion for all of its times.
+    reach : greatest displacement of panels (m) over the opening of loops, see `slack_of`; where springs close the
+        loops, the check uses the largest opening of a motion for all of its times.
     """
 
     solids: Solids

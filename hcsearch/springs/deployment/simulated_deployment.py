@@ -300,7 +300,7 @@ def _steep(compiled: CompiledScene, motion: Motion) -> bool:
 def _clearance(compiled: CompiledScene, motion: Motion) -> Clearance:
     """Certify the clearance of a motion."""
     linkage, path = compiled.linkage, course_of_deployment(compiled, motion)
-    certified = partial(certify_clearance, linkage, slack=path.slack, apart=compiled.separated_pairs)
+    certified = partial(certify_clearance, linkage, slack=path.slacks, apart=compiled.separated_pairs)
     resolution, measured = resolution_of(linkage), motion.ending == "flat"
     return certified(path.course, margin=compiled.margin, resolution=resolution, measured=measured)
 

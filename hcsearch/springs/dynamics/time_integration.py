@@ -19,6 +19,7 @@ from hcsearch.kernels.multibody.events import (
     largest_opening,
     open_state_share,
     refined_motion,
+    step_openings,
 )
 from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
@@ -235,22 +236,17 @@ def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
     """Insert states where loops open by more than `INTERPOLATED_STATE_RESIDUAL`; return states and residuals.
 
     States are times (k,), coordinates, velocities and accelerations (k, n_joints); residuals are of each step (k - 1,),
-    the greatest of `OPENING_BATCH_STEPS` steps, or its own where exact loops open too far. Nothing is inserted where
-    springs close the loops, or hinges are cut.
+    as of `step_openings`; where springs close the loops, the greatest of `OPENING_BATCH_STEPS` steps. Nothing is
+    inserted there, or where hinges are cut.
     """
     tree = system.mechanism.tree
     states, work = _refined(system, motion), work_for(tree)
-
-    def opening(first: int, last: int) -> float:
-        times, q, v, a = (part[first : last + 1] for part in states)
-        return float(largest_opening(tree, (times, q, v, a), motion.cubic, work))
-
+    if not motion.cubic:
+        return states, step_openings(tree, states, INTERPOLATED_STATE_RESIDUAL, work)
     gaps = np.zeros(len(states[0]) - 1)
     for k in range(0, len(gaps), OPENING_BATCH_STEPS):
-        end = min(k + OPENING_BATCH_STEPS, len(gaps))
-        gaps[k:end] = opening(k, end)
-        if not motion.cubic and gaps[k] > INTERPOLATED_STATE_RESIDUAL:
-            gaps[k:end] = [opening(step, step + 1) for step in range(k, end)]
+        times, q, v, a = (part[k : k + OPENING_BATCH_STEPS + 1] for part in states)
+        gaps[k : k + OPENING_BATCH_STEPS] = largest_opening(tree, (times, q, v, a), True, work)
     return states, gaps
 
 
