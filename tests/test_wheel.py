@@ -43,7 +43,7 @@ def run(site, folder, *words):
 @pytest.mark.slow
 @pytest.mark.long
 def test_commands_of_a_wheel_run_in_another_folder(site, tmp_path):
-    assert "deployable" in run(site, tmp_path, "enumerate", "--grid", "hex", "--n", "6", "--db", "all.sqlite")
+    assert "deployed by springs" in run(site, tmp_path, "enumerate", "--grid", "hex", "--n", "6", "--db", "all.sqlite")
     run(site, tmp_path, "report", "--db", "all.sqlite", "--output", "all.html")
     assert "<svg" in (tmp_path / "all.html").read_text()
     run(site, tmp_path, "bench", "mobility", "--quick", "--output", "bench")

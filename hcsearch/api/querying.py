@@ -88,7 +88,9 @@ class Query:
 
         chosen = self
         if self.sql is None and self.view in SCENIC:  # once, as a line says which scene is read
-            chosen = replace(self, scene=self._scene(database, scenic=True), panel=None)
+            scene = self._scene(database, scenic=True)
+            check_scene(database, scene)
+            chosen = replace(self, scene=scene, panel=None)
         with chosen.rows(database) as rows:
             yield replace(rows, chunks=chunks(rows))
         if not count and self.sql is None and self.limit != 0:
@@ -241,6 +243,7 @@ def query_text(selection: Query, db: Place, style: str, announce: Callable[[str]
                 yield from format_rows(rows, style)
             return
         scene = scene_asked_for(database, selection.scene, selection.panel, query=selection.conditions)
+        check_scene(database, scene)
         with replace(selection, scene=scene, panel=None).noticed_rows(database) as rows:
             yield from format_rows(rows, style)
         for sentence in undecided_sentences(simulations_not_decided(database, selection.conditions, scene)):

@@ -53,7 +53,7 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
 @click.option(
     "--seconds",
     type=click.FloatRange(min=0.0, min_open=True),
-    default=600.0,
+    default=50.0,
     show_default=True,
     help="Time after which it is not decided whether the claims are proved.",
 )

@@ -44,7 +44,10 @@ def ring(n):
     places = [(k, 0) for k in range(half)] + [(k, 1) for k in reversed(range(half))]
     facets = [[[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]] for x, y in places]
     faces = ("top", "bottom")
-    hinges = [{"facets": [k, (k + 1) % n], "face": faces[k % 2], "closes": True} for k in range(n)]
+    hinges = [
+        {"facets": [k, (k + 1) % n], "face": faces[k % 2], "closes": (k + 1) % half != 0}  # packed, a stack a row
+        for k in range(n)
+    ]
     own = {"facets": facets, "panels": [[k] for k in range(n)], "hinges": hinges}
     return {"unit": "1/1000", "root": 1, "thickness": 1, **own}
 
@@ -106,7 +109,10 @@ def test_heads_of_other_formats_and_versions_are_refused(change, tmp_path):
 
 
 def test_a_claim_is_not_decided_after_the_time(tmp_path):
-    data = of_pattern(LOCK, ring(60), cuts=[[0.0, 3.0, 3.15]] * 60, lows=[[1] * 60], highs=[[2] * 60], tried=10**9)
+    array = ring(60)
+    low = [int(hinge["closes"]) for hinge in array["hinges"]]
+    boxes = {"lows": [low], "highs": [[1 + index for index in low]], "tried": 10**9}
+    data = of_pattern(LOCK, array, cuts=[[0.0, 3.0, 3.15]] * 60, end="packed", **boxes)
     code, _, error = verified(tmp_path, data, "--seconds", "0.5")
     assert code == 1
     assert error.endswith("not proved: not decided in 0.5 s: give --seconds 5\n")

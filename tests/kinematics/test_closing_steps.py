@@ -29,4 +29,4 @@ def test_redundant_loops_turn_no_hinge_much_more_than_the_residual_asks(seed, ex
     least = np.abs(np.linalg.svd(loop, compute_uv=False)).min()
     assert np.linalg.norm(twice) <= 1.1 * np.linalg.norm(residual) / least + size
     apart = correction(np.vstack([loop, loop]), np.r_[residual, -residual])  # no step closes such loops
-    assert np.linalg.norm(apart) <= 10.0 * np.linalg.norm(residual)
+    assert np.linalg.norm(apart) <= 10.0 * np.linalg.norm(residual) + 1e-5

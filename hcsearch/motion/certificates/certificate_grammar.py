@@ -19,7 +19,7 @@ import numpy as np
 FORMAT, VERSION, KINDS = "hcsearch certificate", 1, ("path", "lock", "collision")
 MAX_BYTES, MAX_CLAIMS, MAX_CHARACTERS, MAX_DIGITS = 16 * 2**20, 10, 1000, 40  # of a file, of texts, and of numbers
 MAX_SIZE, MAX_WHOLE = 1500, 10**6  # facets times the corners of the largest one, and hinges; whole coordinates
-SECONDS = 600.0  # the time for a file
+SECONDS = 50.0  # the time for a file
 NUMBER = re.compile(r"[0-9]{1,20}(/[0-9]{1,20}|(\.[0-9]{1,20})?(e-?[0-9]{1,2})?)")
 
 

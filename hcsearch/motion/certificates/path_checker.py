@@ -300,7 +300,7 @@ class Array:
             1e-12 + 64 * EPS * margin / float(blunt.min()) ** 1.5
         )  # of corners, and of what is computed of them
         left = ((np.roll(inner, -1, 1) - inner) * sides).sum(2)[np.roll(self.corner, -1, 1) != self.corner].min() > 0
-        need(left and 0 < margin < 0.5 * self.height / self.size, "the margin leaves nothing of a panel")
+        need(left, "the margin leaves nothing of a panel")
         levels = ((z - self.middle[2]) / self.size + s * margin for z, s in ((0, 1), (self.height, -1)))
         self.corners = np.concatenate([np.insert(inner, 2, level, 2) for level in levels], 1)
         self.edges, self.normals = (np.insert(np.insert(x, 2, 0.0, 2), 0, [0, 0, 1], 1) for x in (sides, normals))
@@ -381,6 +381,7 @@ def check_path(claim: Any, clock: certificate_grammar.Clock) -> str:
         *part, closed = lead[kind](stretch, closed)
         parts.append(part)
     need(parts and not any(closed), "the path does not end flat")
+    need(2 * margin < array.height * array.unit, "the margin leaves nothing of a panel")
     array.shrink(float(margin / array.unit) / array.size * (1 - 1e-15))
     array.check_gaps(*(np.concatenate(own) for own in zip(*parts, strict=True)))
     nothing = "" if any(array.packed) else "nothing folds, as packed and flat are one state: "

@@ -293,7 +293,9 @@ class _Following:
             if stop is None:
                 return self._shorten_step(after.length - last.length, lost=math.isinf(self.tolerance))
             if stop is not last:
-                self.states.append(stop)
+                # near a singular state, closing the loops may move the stop on
+                chord = float(np.linalg.norm(stop.angles - last.angles))
+                self.states.append(replace(stop, length=max(stop.length, last.length + chord)))
             margins, beyond = stop_margins(stop.angles), stop_margins(after.angles) < -STOP_TOLERANCE
             # near a singular state the stop is located less accurately than its tolerance
             reached = beyond & (margins <= max(STOP_TOLERANCE, float(margins[beyond].min())))
