@@ -70,7 +70,7 @@ def tables(results: FlightResults) -> list[Table]:
 
 
 def measure(*, quick: bool, say: Say) -> FlightResults:
-    """Judge all designs, and say each step: some twenty minutes, or seconds when `quick`."""
+    """Judge all designs, and say each step: about an hour, or seconds when `quick`."""
     from hcsearch_bench.flight.frequency_rows import frequency_rows
     from hcsearch_bench.flight.passing_rows import best_rows, passing_rows
 
