@@ -65,10 +65,10 @@ def test_plots_name_the_flat_time_in_the_digits_on_which_tolerances_agree():
     data = fetch_assembly_data(resolve(name, "none.sqlite"), name)
     (motion,) = data.motions
     end = deployed.deployment.motion.times[-1]
-    assert (deployed.flat_time, f"{end:.3g}") == (0.65, "0.653")
-    assert "in 0.65 s" in data.sentence
-    assert motion.source.endswith("flat after 0.65 s")
-    assert all(">flat, 0.65 s</text>" in plot.svg for plot in motion.plots)
+    assert (deployed.flat_time, f"{end:.3g}") == (0.7, "0.652")
+    assert "in 0.7 s" in data.sentence
+    assert motion.source.endswith("flat after 0.7 s")
+    assert all(">flat, about 0.7 s</text>" in plot.svg for plot in motion.plots)
 
 
 @pytest.mark.parametrize(("flat_time", "text"), [(None, "flat"), (0.65, "flat, 0.65 s"), (0.7, "flat, about 0.7 s")])

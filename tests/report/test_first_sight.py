@@ -130,7 +130,7 @@ def test_arrow_keys_go_on_and_back_leaves_the_large_view(tab, page):
 
 
 def test_the_exploded_view_of_a_design_stays_in_the_address(tab, page, number):
-    boxes = "document.querySelector('dialog .player').firstElementChild?.shadowRoot?.querySelectorAll('label') ?? []"
+    boxes = "document.querySelector('dialog .player > :not(.moves)')?.shadowRoot?.querySelectorAll('label') ?? []"
     box = f"[...{boxes}].find((one) => one.textContent === 'Exploded view')?.firstElementChild"
     show(tab, f"{page}#id={number}")
     tab.until(f"Boolean({box})")

@@ -33,7 +33,7 @@ def show(tab, text: str, folder, width: int = 1300):
 
 
 def mounted(tab, place: str) -> bool:
-    shadow = f"document.querySelector('{place}').firstElementChild?.shadowRoot"
+    shadow = f"document.querySelector('{place} > :not(.moves)')?.shadowRoot"
     return tab.value(f"Boolean({shadow}?.querySelector('canvas'))")
 
 
@@ -81,7 +81,7 @@ def test_the_page_of_a_design_plays_its_motions_and_asks_for_nothing(tab, design
     assert tab.requests == [path.as_uri()]
 
 
-SLIDER = "Number(document.querySelector('.player').firstElementChild.shadowRoot.querySelector('input').value)"
+SLIDER = "Number(document.querySelector('.player > :not(.moves)').shadowRoot.querySelector('input').value)"
 
 
 def test_plots_move_with_the_player_and_a_click_in_a_plot_moves_it(tab, design_page, tmp_path):
@@ -96,7 +96,7 @@ def test_plots_move_with_the_player_and_a_click_in_a_plot_moves_it(tab, design_p
     box = "(r => [r.left, r.top, r.width, r.height])(document.querySelector('.first .plot').getBoundingClientRect())"
     left, top, width, height = tab.value(box)
     place = left + (74 + 0.75 * (468 - 74)) / 480 * width
-    tab.value("document.querySelector('.player').firstElementChild.shadowRoot.querySelector('.go').click()")
+    tab.value("document.querySelector('.player > :not(.moves)').shadowRoot.querySelector('.go').click()")
     tab.mouse("mousePressed", place, top + 0.5 * height, button="left", clickCount=1)
     tab.mouse("mouseReleased", place, top + 0.5 * height, button="left", clickCount=1)
     tab.until(f"Math.abs({SLIDER} - 750) < 5")
@@ -105,7 +105,7 @@ def test_plots_move_with_the_player_and_a_click_in_a_plot_moves_it(tab, design_p
 
 def test_exploded_views_stay_in_the_address(tab, design_page, tmp_path):
     path = show(tab, design_page, tmp_path)
-    labels = "document.querySelectorAll('.player')[{}].firstElementChild?.shadowRoot?.querySelectorAll('label') ?? []"
+    labels = "document.querySelectorAll('.player > :not(.moves)')[{}]?.shadowRoot?.querySelectorAll('label') ?? []"
     box = f"[...{labels}].find((one) => one.textContent === 'Exploded view')?.firstElementChild"
     for k, told in ((1, "#exploded=1"), (0, "#exploded=1%2C0")):
         tab.value(f"document.querySelectorAll('.player')[{k}].scrollIntoView()")
@@ -149,7 +149,7 @@ def test_motions_that_were_never_seen_are_printed_and_folded_parts_are_opened(ta
     before = tab.value(closed)
     tab.value("dispatchEvent(new Event('beforeprint'))")
     assert (before, tab.value(closed)) == (2, 0)
-    stills = "p.firstElementChild.shadowRoot.querySelectorAll('.stills canvas').length"
+    stills = "p.querySelector(':scope > :not(.moves)').shadowRoot.querySelectorAll('.stills canvas').length"
     assert tab.value(f"[...document.querySelectorAll('.player')].map((p) => {stills})") == [5, 5, 5]
     tab.value("dispatchEvent(new Event('afterprint'))")
     assert tab.value(closed) == before

@@ -10,7 +10,7 @@ pytestmark = pytest.mark.extra
 
 PLAYER = "document.querySelector('.player > div').shadowRoot"
 
-DIALOG_PLAYER = "document.querySelector('dialog .player')?.firstElementChild?.shadowRoot"
+DIALOG_PLAYER = "document.querySelector('dialog .player > :not(.moves)')?.shadowRoot"
 
 
 def test_filter_sort_open_play_and_download(address, number, tmp_path):

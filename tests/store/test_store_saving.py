@@ -23,6 +23,7 @@ from hcsearch.store import (
     stream_sql,
 )
 from hcsearch.store.schema import design
+from tests.commands import without_progress
 
 RESULT = Result(("id", "circuit"), ((1, "hex:0"), (2, None), (3, "é")))
 ENDLESS = "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT count(*) FROM c"
@@ -206,7 +207,7 @@ def peak(place, *words):
     )
     command = [sys.executable, "-c", code, "query", "--db", str(place), *words]
     done = subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ)
-    return int(done.stderr), done.stdout
+    return int(without_progress(done.stderr)), done.stdout
 
 
 @pytest.mark.slow
