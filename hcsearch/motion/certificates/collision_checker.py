@@ -13,34 +13,13 @@ import numpy as np
 
 if __package__:
     from hcsearch.motion.certificates import balls
+    from hcsearch.motion.certificates import certificate_grammar as grammar
     from hcsearch.motion.certificates import lock_checker as locks
-    from hcsearch.motion.certificates.certificate_grammar import (
-        Clock,
-        NotProvedError,
-        formed,
-        fraction,
-        judged,
-        main,
-        need,
-        rows,
-        whole,
-    )
 else:  # a program by itself, in a folder with the other ones
     import balls  # type: ignore[import-not-found, no-redef]
+    import certificate_grammar as grammar  # type: ignore[import-not-found, no-redef]
     import lock_checker as locks  # type: ignore[import-not-found, no-redef]
-    from certificate_grammar import (  # type: ignore[import-not-found, no-redef]
-        Clock,
-        NotProvedError,
-        formed,
-        fraction,
-        judged,
-        main,
-        need,
-        rows,
-        whole,
-    )
 
-__all__ = ["NotProvedError", "checked"]
 Reals = np.ndarray[Any, np.dtype[np.float64]]
 Form = tuple[Reals, Reals, Reals]  # value, slopes and error: value + slopes . d + error for offsets d in boxes
 EPS, up = balls.EPS, balls.up
@@ -140,7 +119,7 @@ def shrunk(corners: Reals, margin: float) -> tuple[Reals, Reals, Reals]:
     far = (normals * corners).sum(1) - margin
     sides = np.stack([np.roll(normals, 1, 0), normals], 1), np.stack([np.roll(far, 1), far], 1)
     ring = np.linalg.solve(sides[0], sides[1][..., None])[..., 0]
-    need((ring @ normals.T < far + 1e-12).all(), "a facet is not convex, or less than twice the margin wide")
+    grammar.need((ring @ normals.T < far + 1e-12).all(), "a facet is not convex, or less than twice the margin wide")
     return normals, far, ring
 
 
@@ -182,7 +161,7 @@ def least(closure: Any, value: Reals, slopes: Reals, error: Reals) -> tuple[Real
     return np.fmax(alone, low) - 2 * steps * EPS * sizes, moves + bent[:, 0] @ closure.owners
 
 
-def overlaps(pairs: list[Pair], closure: Any, clock: Clock) -> tuple[Any, Reals]:
+def overlaps(pairs: list[Pair], closure: Any, clock: grammar.Clock) -> tuple[Any, Reals]:
     """Return which boxes are proved to hold no closed state without overlap; for others, the angles' contributions."""
     count = np.arange(len(closure.radii))
     proved, shares, found = np.zeros(len(count), bool), np.zeros_like(closure.radii), []
@@ -205,18 +184,24 @@ def overlaps(pairs: list[Pair], closure: Any, clock: Clock) -> tuple[Any, Reals]
     return proved, shares
 
 
-def pairs_of(array: Any, numbers: Any, margin: str, clock: Clock) -> list[Pair]:
+def pairs_of(array: Any, numbers: Any, margin: str, clock: grammar.Clock) -> list[Pair]:
     """Return the pairs of facets less a margin (m), each in both orders."""
-    share = float(fraction(margin, "margin") / array.unit) / array.size * (1 + 1e-15) + SLACK
-    need(2 * share < array.height, "panels are no thicker than twice the margin")
-    formed(isinstance(numbers, list) and 0 < len(numbers) <= PAIRS, f"it has not from 1 to {PAIRS} pairs of facets")
-    named = rows(numbers, [2] * len(numbers), lambda k: whole(k, 0, len(array.facets) - 1, "a facet"), "pairs")
+    share = float(grammar.fraction(margin, "margin") / array.unit) / array.size * (1 + 1e-15) + SLACK
+    grammar.need(2 * share < array.height, "panels are no thicker than twice the margin")
+    grammar.formed(
+        isinstance(numbers, list) and 0 < len(numbers) <= PAIRS, f"it has not from 1 to {PAIRS} pairs of facets"
+    )
+    named = grammar.rows(
+        numbers, [2] * len(numbers), lambda k: grammar.whole(k, 0, len(array.facets) - 1, "a facet"), "pairs"
+    )
     pairs = []
     for one, two in [own for a, b in named for own in ((a, b), (b, a))]:
         clock.check()
         start, end = array.panel_of[one], array.panel_of[two]
-        formed(start != end, "two facets are in one panel")
-        formed(max(len(array.facets[k]) for k in (one, two)) <= CORNERS, f"a facet has more than {CORNERS} corners")
+        grammar.formed(start != end, "two facets are in one panel")
+        grammar.formed(
+            max(len(array.facets[k]) for k in (one, two)) <= CORNERS, f"a facet has more than {CORNERS} corners"
+        )
         first = locks.ways_from(start, array.ends)[end]
         second = locks.ways_from(start, array.ends, {k for k, _ in first}).get(end)
         ways = [locks.Loop(way, array.places, array.axes) for way in (first, second) if way]
@@ -224,7 +209,7 @@ def pairs_of(array: Any, numbers: Any, margin: str, clock: Clock) -> list[Pair]:
     return pairs
 
 
-def check_collisions(claim: Any, clock: Clock) -> str:
+def check_collisions(claim: Any, clock: grammar.Clock) -> str:
     """Check that no motion leaves a set of boxes without collisions; return the proved fact as a sentence."""
     array, margin = locks.Array(claim.get("array")), claim.get("margin")
     pairs = pairs_of(array, claim.get("pairs_of_facets"), margin, clock)
@@ -232,10 +217,10 @@ def check_collisions(claim: Any, clock: Clock) -> str:
     return f"{proved} without an overlap of facets that are shrunk by {margin} m"
 
 
-def checked(claim: Any, clock: Clock | None = None) -> str:
+def checked(claim: Any, clock: grammar.Clock | None = None) -> str:
     """Return the proved claim as a sentence; refuse a claim that is not proved, or not of the documented form."""
-    return judged(claim, clock, check_collisions)
+    return grammar.judged(claim, clock, check_collisions)
 
 
 if __name__ == "__main__":
-    main("collision", checked, __doc__)
+    grammar.main("collision", checked, __doc__)

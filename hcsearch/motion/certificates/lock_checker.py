@@ -14,36 +14,11 @@ import numpy as np
 
 if __package__:
     from hcsearch.motion.certificates import balls
-    from hcsearch.motion.certificates.certificate_grammar import (
-        ArrayData,
-        Clock,
-        NotProvedError,
-        entry,
-        formed,
-        judged,
-        lists,
-        main,
-        need,
-        real,
-        whole,
-    )
+    from hcsearch.motion.certificates import certificate_grammar as grammar
 else:  # a program by itself, in a folder with the other ones
     import balls  # type: ignore[import-not-found, no-redef]
-    from certificate_grammar import (  # type: ignore[import-not-found, no-redef]
-        ArrayData,
-        Clock,
-        NotProvedError,
-        entry,
-        formed,
-        judged,
-        lists,
-        main,
-        need,
-        real,
-        whole,
-    )
+    import certificate_grammar as grammar  # type: ignore[import-not-found, no-redef]
 
-__all__ = ["NotProvedError", "checked"]
 Reals = np.ndarray[Any, np.dtype[np.float64]]
 EPS, up = balls.EPS, balls.up
 BATCH, CELLS, MOST_CELLS = 256, 2**18, 2**20  # boxes at once; entries of their expansions, and those of one box
@@ -57,8 +32,8 @@ class Array:
     """Panels and hinges in the flat state; lengths over a size, which is a power of 2."""
 
     def __init__(self, data: Any) -> None:
-        own = ArrayData(data)
-        formed(0 < len(own.hinges) <= HINGES, f"a lock has not from 1 to {HINGES} hinges")
+        own = grammar.ArrayData(data)
+        grammar.formed(0 < len(own.hinges) <= HINGES, f"a lock has not from 1 to {HINGES} hinges")
         self.panel_of, self.ends = own.panel_of, [[hinge.one, hinge.two] for hinge in own.hinges]
         points = np.array([[*hinge.p, own.height if hinge.top else 0] for hinge in own.hinges])
         ways = np.array([np.subtract(hinge.p, hinge.q) * (1 if hinge.top else -1) for hinge in own.hinges])
@@ -70,21 +45,21 @@ class Array:
         self.height, self.unit = own.height / self.size, own.unit
         self.packed = np.array([hinge.closes for hinge in own.hinges])
         way, self.loops = ways_from(0, self.ends), []
-        formed(set(way) == set(self.panel_of), "the panels are not joined to one piece")
+        grammar.formed(set(way) == set(self.panel_of), "the panels are not joined to one piece")
         for k in sorted(set(range(len(self.ends))) - {k for steps in way.values() for k, _ in steps}):
             start, back = (way[panel] for panel in self.ends[k])
             same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
             steps = [*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))]
-            formed(len(steps) > 1, "a hinge joins a panel to itself")
-            need(is_closed([own.hinges[k] for k, _ in steps], own), "its packed state is not closed")
+            grammar.formed(len(steps) > 1, "a hinge joins a panel to itself")
+            grammar.need(is_closed([own.hinges[k] for k, _ in steps], own), "its packed state is not closed")
             self.loops.append(Loop(steps, self.places, self.axes))
-        need(self.loops, "no loop is closed by the hinges")
+        grammar.need(self.loops, "no loop is closed by the hinges")
         terms = len(self.ends) + sum(len(loop.hinges) * (len(loop.hinges) + 1) // 2 for loop in self.loops)
         self.cells = 12 * len(self.loops) * terms
-        formed(self.cells <= MOST_CELLS, "the loops of a lock have too many hinges")
+        grammar.formed(self.cells <= MOST_CELLS, "the loops of a lock have too many hinges")
 
 
-def is_closed(hinges: Any, own: ArrayData) -> bool:
+def is_closed(hinges: Any, own: grammar.ArrayData) -> bool:
     """Whether a loop is exactly closed where its hinges that close are folded flat, by half a turn each."""
     still = np.eye(3, dtype=int) * Fraction(1)
     turn, shift = still, 0 * still[0]
@@ -261,7 +236,7 @@ def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals
     return least, most, left, shares
 
 
-def check_empty(array: Array, low: Reals, high: Reals, limit: int, clock: Clock, overlap: Any) -> int:
+def check_empty(array: Array, low: Reals, high: Reals, limit: int, clock: grammar.Clock, overlap: Any) -> int:
     """Refuse faces, (count, n) each, not proved to be empty by so many boxes; return the number of boxes used.
 
     overlap : a function that proves overlaps of panels in boxes and names the sides to split others by; or None.
@@ -272,7 +247,7 @@ def check_empty(array: Array, low: Reals, high: Reals, limit: int, clock: Clock,
         below, above, sweeps = low[-batch:], high[-batch:], swept[-batch:]
         low, high, swept = low[:-batch], high[:-batch], swept[:-batch]
         tried += len(below)
-        need(tried <= limit, "a face of its boxes is not proved to hold no closed state")
+        grammar.need(tried <= limit, "a face of its boxes is not proved to hold no closed state")
         least, most, left, shares = contracted(array.loops, below, above)
         gain = 1.0 - (most - least).sum(1) / np.maximum((above - below).sum(1), 1e-300)
         again = left & (gain > GAIN) & (sweeps + 1 < SWEEPS)
@@ -285,7 +260,7 @@ def check_empty(array: Array, low: Reals, high: Reals, limit: int, clock: Clock,
         shares[widths < WIDE * widths.max(1, keepdims=True)] = -1.0
         pick, side = np.arange(len(least)), shares.argmax(1)
         narrow = split & ((most - least).max(1) < NARROW)
-        need(not narrow.any(), "a face of its boxes holds what may be a closed state")
+        grammar.need(not narrow.any(), "a face of its boxes holds what may be a closed state")
         middle = 0.5 * (least[pick, side] + most[pick, side])
         upper, lower = least.copy(), most.copy()
         upper[pick, side], lower[pick, side] = middle, middle
@@ -295,7 +270,7 @@ def check_empty(array: Array, low: Reals, high: Reals, limit: int, clock: Clock,
     return tried
 
 
-def faces_of(low: Any, high: Any, tops: Any, clock: Clock) -> tuple[Any, Any]:
+def faces_of(low: Any, high: Any, tops: Any, clock: grammar.Clock) -> tuple[Any, Any]:
     """Return the faces of boxes, (count, n) each in numbers of cuts, that no other box covers [9]: lows and highs."""
     below, above = list[Any](), list[Any]()
     n = low.shape[1]
@@ -311,7 +286,9 @@ def faces_of(low: Any, high: Any, tops: Any, clock: Clock) -> tuple[Any, Any]:
                     for a, b in zip(their_low[met], their_high[met], strict=True):
                         clock.check()
                         parts = [piece for part in parts for piece in outside(*part, a, b)]
-                        formed(len(below) + len(parts) <= PARTS, f"the faces of its boxes have more than {PARTS} parts")
+                        grammar.formed(
+                            len(below) + len(parts) <= PARTS, f"the faces of its boxes have more than {PARTS} parts"
+                        )
                     for a, b in parts:
                         below.append(np.insert(a, h, level))
                         above.append(np.insert(b, h, level))
@@ -335,25 +312,25 @@ def outside(low: Any, high: Any, other_low: Any, other_high: Any) -> list[tuple[
 
 def boxes_of(claim: Any, count: int) -> tuple[list[Reals], Any, Any]:
     """Return the cuts of each hinge, from 0 to above pi, and the boxes of a claim as indices into them."""
-    cuts = [[real(cut, "a cut") for cut in own] for own in lists(claim, "cuts", count)]
+    cuts = [[grammar.real(cut, "a cut") for cut in own] for own in grammar.lists(claim, "cuts", count)]
     ascending = (own[0] == 0.0 and pi < own[-1] < 3.2 and sorted(set(own)) == own for own in cuts if own)
-    formed(all(cuts) and all(ascending), "cuts do not ascend from 0 to above pi, and below 3.2")
-    tables, tops = [lists(claim, key) for key in ("lows", "highs")], [len(own) - 1 for own in cuts]
-    formed(0 < len(tables[0]) == len(tables[1]) <= BOXES, f"it has not from 1 to {BOXES} boxes")
-    formed(all(len(row) == count for table in tables for row in table), "a box has not a bound for each hinge")
+    grammar.formed(all(cuts) and all(ascending), "cuts do not ascend from 0 to above pi, and below 3.2")
+    tables, tops = [grammar.lists(claim, key) for key in ("lows", "highs")], [len(own) - 1 for own in cuts]
+    grammar.formed(0 < len(tables[0]) == len(tables[1]) <= BOXES, f"it has not from 1 to {BOXES} boxes")
+    grammar.formed(all(len(row) == count for table in tables for row in table), "a box has not a bound for each hinge")
     low, high = (
-        np.array([[whole(x, 0, top, "a bound") for x, top in zip(row, tops, strict=True)] for row in table])
+        np.array([[grammar.whole(x, 0, top, "a bound") for x, top in zip(row, tops, strict=True)] for row in table])
         for table in tables
     )
-    formed((low < high).all(), "a box is empty")
+    grammar.formed((low < high).all(), "a box is empty")
     return [np.array(own) for own in cuts], low, high
 
 
-def check_lock(claim: Any, array: Array, clock: Clock, overlap: Any = None) -> str:
+def check_lock(claim: Any, array: Array, clock: grammar.Clock, overlap: Any = None) -> str:
     """Check that no motion leaves a set of boxes [9, 10]; return the proved fact as a sentence."""
     cuts, low, high = boxes_of(claim, len(array.ends))
-    end, tried = entry(claim, "end", str), whole(claim.get("tried"), 0, 10**12, "tried")
-    formed(end in ("packed", "flat"), "its end is neither packed nor flat")
+    end, tried = grammar.entry(claim, "end", str), grammar.whole(claim.get("tried"), 0, 10**12, "tried")
+    grammar.formed(end in ("packed", "flat"), "its end is neither packed nor flat")
     tops = np.array([len(own) - 1 for own in cuts])
     # As points: 0 is the first cut. No double is pi, so that it lies between the first cut above it and the one before.
     above_pi = np.array([np.searchsorted(own, pi, "right") for own in cuts])
@@ -362,7 +339,7 @@ def check_lock(claim: Any, array: Array, clock: Clock, overlap: Any = None) -> s
         name: np.where(at, (low < above_pi) & (above_pi <= high), low == 0).all(1).any() for name, at in states.items()
     }
     other = "flat" if end == "packed" else "packed"
-    need(holds[end] and not holds[other], "the boxes do not hold the one end alone")
+    grammar.need(holds[end] and not holds[other], "the boxes do not hold the one end alone")
     below, above = faces_of(low, high, tops, clock)
     least, most = (np.stack([own[k] for own, k in zip(cuts, side.T, strict=True)], 1) for side in (below, above))
     check_empty(array, least, most, FEWEST + FACTOR * min(tried, MOST), clock, overlap)
@@ -371,15 +348,15 @@ def check_lock(claim: Any, array: Array, clock: Clock, overlap: Any = None) -> s
     return f"{there}, or leaves {boxes} of fold angles: {len(below)} faces hold no closed state"
 
 
-def check_kinematic_lock(claim: Any, clock: Clock) -> str:
+def check_kinematic_lock(claim: Any, clock: grammar.Clock) -> str:
     """Check a lock by closure alone; return the proved fact as a sentence."""
     return check_lock(claim, Array(claim.get("array")), clock)
 
 
-def checked(claim: Any, clock: Clock | None = None) -> str:
+def checked(claim: Any, clock: grammar.Clock | None = None) -> str:
     """Return the proved claim as a sentence; refuse a claim that is not proved, or not of the documented form."""
-    return judged(claim, clock, check_kinematic_lock)
+    return grammar.judged(claim, clock, check_kinematic_lock)
 
 
 if __name__ == "__main__":
-    main("lock", checked, __doc__)
+    grammar.main("lock", checked, __doc__)
