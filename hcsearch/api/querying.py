@@ -76,8 +76,15 @@ class Query:
         )
 
     @contextmanager
-    def noticed_rows(self, database: Database) -> Iterator[Rows]:
-        """The same rows; where there are none, a line on stderr says which ranges the compared columns have."""
+    def noticed_rows(self, database: Database, announce: Callable[[str], None] | None = None) -> Iterator[Rows]:
+        """The same rows; where there are none, a line on stderr says which ranges the compared columns have.
+
+        announce : callback for sentences on foldings of the selected designs that no simulation decides. SQL has none.
+        """
+        if self.sql is not None:
+            with self.rows(database) as rows:
+                yield rows
+            return
         count = 0
 
         def chunks(rows: Rows) -> Iterator[Sequence[ResultRow]]:
@@ -86,16 +93,16 @@ class Query:
                 count += len(chunk)
                 yield chunk
 
-        chosen = self
-        if self.sql is None and self.view in SCENIC:  # once, as a line says which scene is read
-            scene = self._scene(database, scenic=True)
-            check_scene(database, scene)
-            chosen = replace(self, scene=scene, panel=None)
-        with chosen.rows(database) as rows:
+        scene = self._scene(database, self.view in SCENIC)  # once, as lines on stderr say which it is
+        check_scene(database, scene, self.view)
+        with replace(self, scene=scene, panel=None).rows(database) as rows:
             yield replace(rows, chunks=chunks(rows))
-        if not count and self.sql is None and self.limit != 0:
-            reason = empty_result_reason(database, self.conditions, self.view, chosen.scene or DEFAULT_SCENE_NAME)
+        if not count and self.limit != 0:
+            reason = empty_result_reason(database, self.conditions, self.view, scene)
             write_notice(reason and f"no design: {reason}")
+        if announce is not None:
+            for sentence in undecided_sentences(simulations_not_decided(database, self.conditions, scene)):
+                announce(sentence)
 
     def _scene(self, database: Database, scenic: bool) -> str:
         """The scene that is asked for; scenic : whether what is read depends on one, where none is named."""
@@ -233,21 +240,9 @@ def ranking_text(ranked: RankedDesigns, style: str, *, pareto: bool, limit: int 
 
 
 def query_text(selection: Query, db: Place, style: str, announce: Callable[[str], None] | None = None) -> Iterator[str]:
-    """Yield the rows that a query selects as pieces of text in a style.
-
-    announce : callback for sentences on foldings of the selected designs that no simulation decides. SQL has none.
-    """
-    with reading_database(db) as database:
-        if announce is None or selection.sql is not None:
-            with selection.noticed_rows(database) as rows:
-                yield from format_rows(rows, style)
-            return
-        scene = scene_asked_for(database, selection.scene, selection.panel, query=selection.conditions)
-        check_scene(database, scene)
-        with replace(selection, scene=scene, panel=None).noticed_rows(database) as rows:
-            yield from format_rows(rows, style)
-        for sentence in undecided_sentences(simulations_not_decided(database, selection.conditions, scene)):
-            announce(sentence)
+    """Yield the rows that a query selects as pieces of text in a style; announce : as of `Query.noticed_rows`."""
+    with reading_database(db) as database, selection.noticed_rows(database, announce) as rows:
+        yield from format_rows(rows, style)
 
 
 def save_query(selection: Query, db: Place, style: str, path: str | Path) -> None:
