@@ -32,7 +32,7 @@ from hcsearch.springs.flight.torque_margin import (
 )
 
 CERTIFIED_SHARE = 0.97
-"""Share of the least margin at the states tried so far at which intervals are no longer halved."""
+"""Share of the least margin at the states tried so far, from which on a bound is good enough."""
 MAX_MARGIN_INTERVALS, LEAST_TURN = 40_000, 16.0
 """Greatest number of intervals that are tried, and the turn of a hinge, over the wander, below which one with less than
 half of the bound asked for is not halved: else most of the time goes to the last thousandth, at the singular end."""
@@ -66,10 +66,19 @@ class CertifiedMargin:
 
 @dataclass(eq=False)
 class _Least:
-    """The least margins at the states tried so far, with all springs and with one failed, and their times."""
+    """The least margins at the states tried so far, with all springs and with one failed, and their times.
 
+    enough : of `certified_margin`.
+    """
+
+    enough: tuple[float, float]
     margins: list[float]
     times: list[float]
+
+    @property
+    def asked(self) -> Reals:
+        """The bounds from which on an interval is no longer halved, (2,)."""
+        return np.minimum(CERTIFIED_SHARE * np.array(self.margins), self.enough)
 
     def take(self, which: int, margins: Reals, times: Reals) -> None:
         """Take margins (k,) at some times."""
@@ -129,11 +138,13 @@ def certified_margin(
     torques_at: Callable[[Reals], Reals],
     slopes: Reals,
     friction: Reals,
+    enough: tuple[float, float] = (math.inf, math.inf),
 ) -> CertifiedMargin:
     """Bound the torque margins at all closed states beside a proved path from below.
 
     course : a motion of cubics. wander : rad, of `wander_of`. torques_at : torques (k, n_hinges) of fold angles (k,
-    n_hinges); slopes : of `steepest_slopes`, in the scale of the torques. friction : (n_hinges,), N m.
+    n_hinges); slopes : of `steepest_slopes`, in the scale of the torques. friction : (n_hinges,), N m. enough :
+    bounds with all springs and with one failed, above which none is improved, as margins known elsewhere are no more.
     HcsearchError for a course that is not one of cubics.
     """
     if not course.cubic:
@@ -141,18 +152,16 @@ def certified_margin(
     bounding = _Bounding(linkage, course, wander, torques_at, slopes, friction)
     count = len(course.times) - 1
     intervals = _Intervals(np.arange(count), np.zeros(count), np.ones(count))
-    least, bound, tried, unsettled = _Least([math.inf, math.inf], [math.nan, math.nan]), np.full(2, math.inf), 0, []
+    least, bound = _Least(enough, [math.inf, math.inf], [math.nan, math.nan]), np.full(2, math.inf)
+    tried, unsettled = 0, []
     while len(intervals.steps):
-        bounds, turns = bounding.bounds_in(intervals, least)
+        bounds, counts = bounding.bounds_in(intervals, least)
         tried += len(bounds)
-        asked = CERTIFIED_SHARE * np.array(least.margins)
-        left = (bounds < asked).any(axis=1)
-        bound = np.minimum(bound, bounds[~left].min(axis=0, initial=math.inf))
-        low = (bounds < 0.5 * asked).any(axis=1)
-        counts = np.where(low, 4, 2) * (left & (turns > np.where(low, LEAST_TURN, 1.0) * wander))
         if tried + counts.sum() > MAX_MARGIN_INTERVALS:
             counts[:] = 0
-        kept = left & (counts == 0)
+        low = (bounds < least.asked).any(axis=1)
+        bound = np.minimum(bound, bounds[(counts == 0) & ~low].min(axis=0, initial=math.inf))
+        kept = (counts == 0) & low
         unsettled.append(np.c_[bounding.ends_of(intervals), bounds][kept])
         intervals = intervals.parts(counts)
     gaps = []
@@ -206,40 +215,48 @@ class _Bounding:
         ends: Reals = self.times[intervals.steps][:, None] + np.c_[lengths * intervals.starts, lengths * intervals.ends]
         return ends
 
-    def bounds_in(self, intervals: _Intervals, least: _Least) -> tuple[Reals, Reals]:
-        """Return lower bounds of the margins in intervals, (k, 2), with all springs and with any one failed.
+    def bounds_in(self, intervals: _Intervals, least: _Least) -> tuple[Reals, WholeNumbers]:
+        """Return lower bounds of the margins in intervals, (k, 2), and into how many parts each is divided, 0 for none.
 
-        Those with a spring failed are improved only where they are less than asked for. least : takes the margins at
-        the middles. Beside them the greatest turns of a hinge from the middle, (k,), are returned.
+        Bounds with one spring failed are improved only where they are less than asked for, in intervals that are not
+        divided anyway. least : takes the margins at the middles.
         """
         middles, turns = _boxes_of(self.cubics, intervals)
         boxes = _Boxes.of(self, middles, turns + self.wander)
-        times = self.ends_of(intervals).mean(axis=1)
+        times, widest = self.ends_of(intervals).mean(axis=1), turns.max(axis=1)
         margins, rates = boxes.best(np.arange(len(times)), boxes.torques)
         least.take(0, margins, times)
         whole, each = boxes.bounds(np.arange(len(times)), rates)
-        for hinge in np.flatnonzero((each < CERTIFIED_SHARE * least.margins[1]).any(axis=0)).tolist():
-            low = np.flatnonzero(each[:, hinge] < CERTIFIED_SHARE * least.margins[1])
-            failed = boxes.torques[low]
-            failed[:, hinge] = 0.0
-            margins, rates = boxes.best(low, failed)
-            least.take(1, margins, times[low])
-            each[low, hinge] = np.maximum(each[low, hinge], boxes.bounds(low, rates)[1][:, hinge])
-        return np.c_[whole, each.min(axis=1)], turns.max(axis=1)
+        divided, solved = widest > LEAST_TURN * self.wander, np.zeros(each.shape, bool)
+        left = np.flatnonzero(~(divided & (whole < least.asked[0])))
+        while len(left):
+            worst = np.where(solved[left], np.inf, each[left]).argmin(axis=1)
+            low = (each[left, worst] < least.asked[1]) & ~solved[left, worst]
+            left, worst = left[low], worst[low]
+            failed = boxes.torques[left]
+            failed[np.arange(len(left)), worst] = 0.0
+            margins, rates = boxes.best(left, failed)
+            least.take(1, margins, times[left])
+            each[left] = np.maximum(each[left], boxes.bounds(left, rates)[1])
+            solved[left, worst] = True
+            left = left[~(divided[left] & (each[left, worst] < least.asked[1]))]
+        bounds = np.c_[whole, each.min(axis=1)]
+        low = (bounds < 0.5 * least.asked).any(axis=1)
+        wide = widest > np.where(low, LEAST_TURN, 1.0) * self.wander
+        return bounds, np.where(low, 4, 2) * ((bounds < least.asked).any(axis=1) & wide)
 
 
 @dataclass(frozen=True, eq=False)
 class _Boxes(ByValue):
     """Boxes of fold angles around k states, in which closed states are compared.
 
-    turns : (k, n_hinges), how far hinges are from the middles at most. senses : what stops allow at the middle, and
-    allowed, in all of the box. torques, changes : at the middle, and by how much they differ from these at most.
-    usable : (k,), where no hinge is near both stops.
+    senses : what stops allow at the middle, and allowed, in all of the box. torques, changes : at the middle, and by
+    how much they differ from these at most. usable : (k,), where no hinge is near both stops.
     """
 
     of_path: _Bounding
-    turns: Reals
     closed: ClosedRates
+    corrections: _Corrections
     senses: Signs
     allowed: Signs
     torques: Reals
@@ -248,13 +265,14 @@ class _Boxes(ByValue):
 
     @staticmethod
     def of(path: _Bounding, middles: Reals, turns: Reals) -> _Boxes:
-        """Return boxes around middles, (k, n_hinges)."""
+        """Return boxes around middles, (k, n_hinges); turns : how far hinges are from these at most."""
         near_flat, near_packed = middles <= turns, middles >= math.pi - turns
         closed = closed_rates(np.array([path.linkage.closure(state)[1] for state in middles]))
         allowed = near_packed.astype(np.int8) - near_flat.astype(np.int8)
         usable = ~np.any(near_flat & near_packed, axis=1)
-        changes = path.slopes * turns
-        return _Boxes(path, turns, closed, allowed_senses(middles), allowed, path.torques_at(middles), changes, usable)
+        corrections = _Corrections.of(path.linkage, closed.jacobians, turns, allowed == 0)
+        torques, changes = path.torques_at(middles), path.slopes * turns
+        return _Boxes(path, closed, corrections, allowed_senses(middles), allowed, torques, changes, usable)
 
     def best(self, boxes: WholeNumbers, torques: Reals) -> tuple[Reals, Reals]:
         """Return upper bounds of the margins at the middles of some boxes, and the best rates in all of each."""
@@ -268,8 +286,7 @@ class _Boxes(ByValue):
     def bounds(self, boxes: WholeNumbers, rates: Reals) -> tuple[Reals, Reals]:
         """Return what rates bound in some boxes, (k,), and with each spring failed, (k, n_hinges)."""
         friction, torques, changes = self.of_path.friction, self.torques[boxes], self.changes[boxes]
-        free = self.allowed[boxes] == 0
-        off = _corrections(self.of_path.linkage, self.closed.jacobians[boxes], self.turns[boxes], rates, free)
+        off = self.corrections.of_rates(boxes, rates)
         sizes = np.linalg.norm(torques, axis=1) + np.linalg.norm(changes, axis=1)
         powers = torques * rates - changes * np.abs(rates)
         losses = (friction * np.abs(rates)).sum(axis=1) + off * np.linalg.norm(friction)
@@ -280,6 +297,45 @@ class _Boxes(ByValue):
         return np.maximum(power, 0.0) * kept, each
 
 
+@dataclass(frozen=True, eq=False)
+class _Corrections(ByValue):
+    """How far closed rates at the middles of k boxes are from closed ones at other states of these at most.
+
+    opened : (k, n_loops, n_hinges), by how much rates of 1 open the loops elsewhere at most. firm : (k,), the least
+    singular value of closure on hinges that may correct the rates, in all of the box; 0 or less where its equations may
+    depend on each other.
+    """
+
+    opened: Reals
+    firm: Reals
+
+    @staticmethod
+    def of(linkage: Linkage, jacobians: Reals, turns: Reals, free: Flags) -> _Corrections:
+        """Return those of boxes by their middles; turns : (k, n_hinges). free : hinges whose rates may be corrected."""
+        screws, (count, _, n) = jacobians.copy(), jacobians.shape
+        opened, grown = np.zeros((count, len(linkage.loops), n)), np.zeros(count)
+        moments = np.zeros((count, n))
+        for number, loop in enumerate(linkage.loops):
+            hinges, rows = np.array([hinge for hinge, _ in loop]), slice(6 * number, 6 * number + 6)
+            for k in range(count):
+                centre_screws(screws[k], 6 * number, hinges, np.empty(3), moments[k])
+            own = moments[:, hinges]
+            gains = 0.5 * (own + np.sqrt(own * own + 4.0))  # of the bracket with a screw
+            change = np.expm1((gains * turns[:, hinges]).sum(axis=1))[:, None]
+            opened[:, number, hinges] = change * np.linalg.norm(screws[:, rows][:, :, hinges], axis=1)
+            grown += ((opened[:, number] * free) ** 2).sum(axis=1)
+        if not linkage.loops:
+            return _Corrections(opened, np.full(count, np.inf))
+        least = np.linalg.svd(screws * free[:, None, :], compute_uv=False)[:, linkage.n_rows - 1 : linkage.n_rows]
+        return _Corrections(opened, (least[:, 0] if least.shape[1] else np.zeros(count)) - np.sqrt(grown))
+
+    def of_rates(self, boxes: WholeNumbers, rates: Reals) -> Reals:
+        """Return the distances for rates of some boxes, (k,); infinite where loops are not firm."""
+        opened = np.linalg.norm((self.opened[boxes] @ np.abs(rates)[:, :, None])[:, :, 0], axis=1)
+        firm = self.firm[boxes]
+        return np.where(firm > 0.0, opened / np.where(firm > 0.0, firm, 1.0), np.inf)
+
+
 def _boxes_of(cubics: Reals, intervals: _Intervals) -> tuple[Reals, Reals]:
     """Return fold angles at the middles of intervals and the greatest distances from them in these, (k, n_hinges)."""
     m = 0.5 * (intervals.starts + intervals.ends)[:, None]
@@ -288,28 +344,3 @@ def _boxes_of(cubics: Reals, intervals: _Intervals) -> tuple[Reals, Reals]:
     middles = a + m * (b + m * (c + m * d))
     turns = h * np.abs(b + m * (2.0 * c + 3.0 * m * d)) + h * h * np.abs(c + 3.0 * m * d) + h**3 * np.abs(d)
     return middles, turns
-
-
-def _corrections(linkage: Linkage, jacobians: Reals, turns: Reals, rates: Reals, free: Flags) -> Reals:
-    """Return how far rates of each middle are from closed ones at all states of its interval at most, (k,).
-
-    turns : (k, n_hinges), of each hinge from the middle. free : hinges whose rates may be corrected. Infinite where the
-    equations of closure may depend on each other.
-    """
-    if not linkage.loops:
-        return np.zeros(len(rates))
-    screws = jacobians.copy()
-    moments, opened, grown = np.zeros(rates.shape), np.zeros(len(rates)), np.zeros(len(rates))
-    for number, loop in enumerate(linkage.loops):
-        hinges, rows = np.array([hinge for hinge, _ in loop]), slice(6 * number, 6 * number + 6)
-        for k in range(len(screws)):
-            centre_screws(screws[k], 6 * number, hinges, np.empty(3), moments[k])
-        own = moments[:, hinges]
-        gains = 0.5 * (own + np.sqrt(own * own + 4.0))  # of the bracket with a screw
-        change = np.expm1((gains * turns[:, hinges]).sum(axis=1))
-        sizes = np.linalg.norm(screws[:, rows][:, :, hinges], axis=1)
-        opened += (change * (sizes * np.abs(rates[:, hinges])).sum(axis=1)) ** 2
-        grown += (change * np.linalg.norm(sizes * free[:, hinges], axis=1)) ** 2
-    least = np.linalg.svd(screws * free[:, None, :], compute_uv=False)[:, linkage.n_rows - 1 : linkage.n_rows]
-    firm = (least[:, 0] if least.shape[1] else np.zeros(len(rates))) - np.sqrt(grown)
-    return np.where(firm > 0.0, np.sqrt(opened) / np.where(firm > 0.0, firm, 1.0), np.inf)

@@ -79,7 +79,9 @@ def margin_figures(travel: Travel, friction: Reals, margins: PathMargins) -> Mar
     except HcsearchError:  # springs snap, or the path is proved no more
         return sampled
     wander = wander_of(travel.linkage, float(np.max(slack, initial=0.0)))
-    found = certified_margin(travel.linkage, course, wander, lambda angles: law_torques(laws, angles), slopes, friction)
+    enough = sampled.whole.least, sampled.failed.least
+    springs = (lambda angles: law_torques(laws, angles)), slopes, friction
+    found = certified_margin(travel.linkage, course, wander, *springs, enough)
     return _proved(travel, course, friction, sampled, found)
 
 
