@@ -144,8 +144,8 @@ FLIGHT_QUANTITIES = (
             "torque_margin",
             "real",
             "",
-            "least ratio of the torque of springs to resisting torques over the travel: of a proved path a lower "
-            "bound, proved but beside singular ends; of a deployment the least at its simulated states",
+            "least ratio of the torque of springs to resisting torques over the travel: a lower bound, proved of a "
+            "path, but for parts beside singular states, in which states are sampled",
         ),
         better="higher",
         half=7.5,

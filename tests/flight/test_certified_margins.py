@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.kernels.linkage.courses import COURSE_TERM_COUNT
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.scenes.laws import law_named, linear_law
 from hcsearch.springs.flight import certified_margins
@@ -22,7 +23,7 @@ from tests.flight.paths import NAMES, springs_of
 from tests.planned import along, planned
 
 
-def bounded(name, laws, friction):
+def bounded(name, laws, friction, enough=(math.inf, math.inf)):
     sample = planned(name)
     wander = wander_of(sample.linkage, sample.proof.slack)
     assert wander == pytest.approx(sample.wander)
@@ -33,6 +34,7 @@ def bounded(name, laws, friction):
         lambda angles: law_torques(laws, angles),
         steepest_slopes(laws),
         friction,
+        enough,
     )
 
 
@@ -74,6 +76,16 @@ def test_weakest_states_have_the_least_margins(name):
         assert margins_at(sample.linkage, state, laws, friction)[which] == pytest.approx(least, rel=1e-6)
 
 
+def test_enough_leaves_bounds_that_are_good_enough():
+    laws, _, friction = springs_of(NAMES[0])
+    whole, enough = bounded(NAMES[0], laws, friction), (1.0, 0.5)
+    found = bounded(NAMES[0], laws, friction, enough)
+    assert found.intervals < whole.intervals
+    assert (found.bound, found.failed) >= enough
+    assert found.bound <= whole.least
+    assert found.failed <= whole.least_failed
+
+
 def test_corrections_bound_the_distance_to_closed_rates():
     """At random states near by, closed to no order: the statement is about Jacobians."""
     sample, rng = planned(NAMES[0]), np.random.default_rng(2)
@@ -104,14 +116,15 @@ def test_corrections_are_unbounded_where_equations_depend_on_each_other():
     assert corrections.of_rates(np.array([0]), 0 * some + 1.0)[0] > 1.0
 
 
-def test_boxes_hold_the_cubics():
-    cubics = np.random.default_rng(4).normal(size=(5, 3, 4))
+def test_boxes_hold_the_polynomials():
+    polynomials = np.random.default_rng(4).normal(size=(5, 3, COURSE_TERM_COUNT))
     intervals = certified_margins._Intervals(
         np.array([0, 3, 4]), np.array([0.0, 0.25, 0.5]), np.array([1.0, 0.5, 0.75])
     )
-    middles, turns = certified_margins._boxes_of(cubics, intervals)
+    middles, turns = certified_margins._boxes_of(polynomials, intervals)
     for k, (step, start, end) in enumerate(zip(intervals.steps, intervals.starts, intervals.ends, strict=True)):
-        values = cubics[step] @ np.linspace(start, end, 50) ** np.arange(4)[:, None]
+        values = polynomials[step] @ np.linspace(start, end, 50) ** np.arange(COURSE_TERM_COUNT)[:, None]
+        assert middles[k] == pytest.approx(polynomials[step] @ (0.5 * (start + end)) ** np.arange(COURSE_TERM_COUNT))
         assert (np.abs(values - middles[k][:, None]).max(axis=1) <= turns[k] * (1.0 + 1e-12)).all()
 
 
@@ -137,12 +150,3 @@ def test_slopes_are_the_steepest():
 def test_laws_that_snap_are_refused():
     with pytest.raises(HcsearchError, match="without a snap"):
         steepest_slopes([linear_law(0.1), law_named("tape:0.2@0.05,0.03@0.01")])
-
-
-def test_courses_of_higher_degree_are_refused():
-    sample, laws = planned(NAMES[0]), [linear_law(0.1)] * planned(NAMES[0]).linkage.n_hinges
-    course = sample.proof.motion._replace(cubic=False)
-    with pytest.raises(HcsearchError, match="cubics"):
-        certified_margin(
-            sample.linkage, course, 0.0, lambda a: law_torques(laws, a), steepest_slopes(laws), np.ones(len(laws))
-        )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import compiled, lean
 from hcsearch.kernels.linkage.prisms import PrismPairs
 
 COURSE_TERM_COUNT = 6
@@ -26,6 +28,26 @@ def write_course(
             course[i, 3] = 10.0 * rise - 6.0 * s0 - 4.0 * s1 - 1.5 * b0 + 0.5 * b1
             course[i, 4] = -15.0 * rise + 8.0 * s0 + 7.0 * s1 + 1.5 * b0 - b1
             course[i, 5] = 6.0 * rise - 3.0 * (s0 + s1) - 0.5 * (b0 - b1)
+
+
+@compiled
+def course_polynomials(times: Reals, angles: Reals, rates: Reals, accelerations: Reals, cubic: bool) -> Reals:
+    """Return the polynomials of all steps, (k - 1, n, 6), through states at times (k,); all others (k, n)."""
+    courses = np.empty((len(times) - 1, angles.shape[1], COURSE_TERM_COUNT))
+    for k in range(len(courses)):
+        h, after = times[k + 1] - times[k], k + 1
+        write_course(
+            h,
+            cubic,
+            angles[k],
+            rates[k],
+            accelerations[k],
+            angles[after],
+            rates[after],
+            accelerations[after],
+            courses[k],
+        )
+    return courses
 
 
 @lean

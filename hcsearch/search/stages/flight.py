@@ -31,4 +31,4 @@ def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
     return designs.with_folding(designs.motion.moves | designs.deployment.deploys)
 
 
-STAGE = Stage("flight", 2, _run, _passed, base_stage=deployment.STAGE, depends_on_scene=True)
+STAGE = Stage("flight", 3, _run, _passed, base_stage=deployment.STAGE, depends_on_scene=True)

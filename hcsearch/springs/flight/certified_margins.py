@@ -17,9 +17,10 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Flags, Reals, Signs, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.linkage.courses import course_polynomials
 from hcsearch.kernels.planning.series import centre_screws
 from hcsearch.motion.collision.panel_reaches import longest_way
-from hcsearch.motion.planning.stretches import cubics_of
+from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.scenes.laws import Law
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.flight.torque_margin import (
@@ -45,11 +46,11 @@ LAW_RANGE_EXCESS = 0.01
 
 @dataclass(frozen=True)
 class CertifiedMargin:
-    """Lower bounds of the torque margins on a path.
+    """Lower bounds of the torque margins on a motion.
 
     bound : at all closed states beside the path, but for the gaps; 0 where all of it is a gap. failed : the same with
     any one spring failed. gaps : starts and ends, in the time of the path, of parts without a bound. certified : the
-    share of the time of the path without gaps. least, least_failed : the least margins at the states that were tried,
+    share of the turn of all hinges without gaps. least, least_failed : the least margins at the states that were tried,
     at the times weakest and weakest_failed; hinges beyond a stop count as at it. intervals : number that were tried.
     """
 
@@ -140,15 +141,13 @@ def certified_margin(
     friction: Reals,
     enough: tuple[float, float] = (math.inf, math.inf),
 ) -> CertifiedMargin:
-    """Bound the torque margins at all closed states beside a proved path from below.
+    """Bound the torque margins at all closed states beside a motion from below.
 
-    course : a motion of cubics. wander : rad, of `wander_of`. torques_at : torques (k, n_hinges) of fold angles (k,
-    n_hinges); slopes : of `steepest_slopes`, in the scale of the torques. friction : (n_hinges,), N m. enough :
-    bounds with all springs and with one failed, above which none is improved, as margins known elsewhere are no more.
-    HcsearchError for a course that is not one of cubics.
+    course : a proved motion, or a simulated one with its loops closed. wander : rad, of `wander_of`. torques_at :
+    torques (k, n_hinges) of fold angles (k, n_hinges); slopes : of `steepest_slopes`, in the scale of the torques.
+    friction : (n_hinges,), N m. enough : bounds with all springs and with one failed, above which none is improved, as
+    margins known elsewhere are no more.
     """
-    if not course.cubic:
-        raise HcsearchError("margins are bounded along cubics: give the motion of a proof of its path")
     bounding = _Bounding(linkage, course, wander, torques_at, slopes, friction)
     count = len(course.times) - 1
     intervals = _Intervals(np.arange(count), np.zeros(count), np.ones(count))
@@ -171,7 +170,8 @@ def certified_margin(
             bound = np.minimum(bound, own)
         else:
             gaps.append((float(part[0, 0]), float(part[-1, 1])))
-    certified = 1.0 - sum(end - start for start, end in gaps) / float(course.times[-1] - course.times[0])
+    turn = accumulated_turn(course.angles)
+    certified = 1.0 - float(np.diff(np.interp(np.array(gaps).reshape(-1, 2), course.times, turn)).sum() / turn[-1])
     whole, failed = np.where(np.isfinite(bound), bound, 0.0).tolist()
     (margin, margin_failed), (time, time_failed) = least.margins, least.times
     return CertifiedMargin(whole, failed, tuple(gaps), certified, margin, margin_failed, time, time_failed, tried)
@@ -207,7 +207,7 @@ class _Bounding:
     ) -> None:
         self.linkage, self.wander, self.torques_at, self.slopes = linkage, wander, torques_at, slopes
         self.friction, self.times, self.lengths = friction, course.times, np.diff(course.times)
-        self.cubics = cubics_of(course.times, course.angles, course.rates)
+        self.polynomials = course_polynomials(*course)
 
     def ends_of(self, intervals: _Intervals) -> Reals:
         """Return the times at which intervals start and end, (k, 2)."""
@@ -221,7 +221,7 @@ class _Bounding:
         Bounds with one spring failed are improved only where they are less than asked for, in intervals that are not
         divided anyway. least : takes the margins at the middles.
         """
-        middles, turns = _boxes_of(self.cubics, intervals)
+        middles, turns = _boxes_of(self.polynomials, intervals)
         boxes = _Boxes.of(self, middles, turns + self.wander)
         times, widest = self.ends_of(intervals).mean(axis=1), turns.max(axis=1)
         margins, rates = boxes.best(np.arange(len(times)), boxes.torques)
@@ -336,11 +336,16 @@ class _Corrections(ByValue):
         return np.where(firm > 0.0, opened / np.where(firm > 0.0, firm, 1.0), np.inf)
 
 
-def _boxes_of(cubics: Reals, intervals: _Intervals) -> tuple[Reals, Reals]:
+def _boxes_of(polynomials: Reals, intervals: _Intervals) -> tuple[Reals, Reals]:
     """Return fold angles at the middles of intervals and the greatest distances from them in these, (k, n_hinges)."""
     m = 0.5 * (intervals.starts + intervals.ends)[:, None]
     h = 0.5 * (intervals.ends - intervals.starts)[:, None]
-    a, b, c, d = np.moveaxis(cubics[intervals.steps], -1, 0)
-    middles = a + m * (b + m * (c + m * d))
-    turns = h * np.abs(b + m * (2.0 * c + 3.0 * m * d)) + h * h * np.abs(c + 3.0 * m * d) + h**3 * np.abs(d)
-    return middles, turns
+    about = polynomials[intervals.steps]
+    count = about.shape[2]
+    for done in range(count - 1):  # in powers of the distance from the middle, by Horner's rule again and again
+        for power in range(count - 2, done - 1, -1):
+            about[:, :, power] += m * about[:, :, power + 1]
+    turns = np.zeros(about.shape[:2])
+    for power in range(count - 1, 0, -1):
+        turns = h * (turns + np.abs(about[:, :, power]))
+    return about[:, :, 0], turns

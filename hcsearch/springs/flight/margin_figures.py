@@ -1,8 +1,8 @@
 """The least torque margins of a travel as figures, each with how it is known.
 
-Along a proved path a figure is a lower bound at all closed states beside it, proved between its states too; in the gaps
-beside singular ends, which have no bound, margins of states are taken. Of a simulated deployment it is the least at the
-states of the simulation, which has a state at each event.
+Along a proved path a figure is a lower bound at all closed states beside it, and along a simulated deployment at those
+beside its course between the steps. Gaps have no bound: at singular states, and where so many hinges are at stops that
+the others do not close the loops. There margins of states are taken.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ from hcsearch.springs.flight.torque_margin import allowed_senses, closed_rates, 
 from hcsearch.springs.flight.travel import Travel, states_at
 
 MIN_PROVED_SHARE = 0.99
-"""Share of the time of a path in which margins must be bounded for a figure that counts as proved."""
+"""Share of the turn of a motion in which margins must be bounded for a figure that is not only sampled."""
 FigureKind = Literal["proved", "sampled", "simulated"]
-"""How a figure is known: for all that it speaks of; at states of a path only; or along a simulated motion."""
+"""How a figure is known: at all states of a proved path; at some states of a motion; at all of a simulated motion."""
 
 
 @dataclass(frozen=True)
 class MarginFigure:
     """The least torque margin of a travel.
 
-    value : never above the margin at a closed state beside a proved path; None where it is not known, infinite where
-    nothing resists. least : the least one that was computed at a state, no less than the least of all. hinge : of this
-    state the hinge that limits the margin, or whose spring failed; -1 without one. at : its place in the travel, 0
-    packed, 1 flat; time : of the course, where it is between the states of a path. unproved : share of the time of a
-    path that has no bound.
+    value : never above the margin at a closed state beside the motion, but for gaps; None where it is not known,
+    infinite where nothing resists. least : the least one that was computed at a state, no less than the least of all.
+    hinge : of this state the hinge that limits the margin, or whose spring failed; -1 without one. at : its place in
+    the travel, 0 packed, 1 flat; time : of the course, where it is between the states of the travel. unbounded : share
+    of the turn of all hinges without a bound.
     """
 
     value: float | None
@@ -53,7 +53,7 @@ class MarginFigure:
     hinge: int
     at: float
     time: float | None = None
-    unproved: float = 0.0
+    unbounded: float = 0.0
 
 
 class MarginFigures(NamedTuple):
@@ -70,7 +70,7 @@ def margin_figures(travel: Travel, friction: Reals, margins: PathMargins) -> Mar
         _at_states(travel, margins.margins, margins.known, state, int(margins.hinges[state])),
         _at_states(travel, margins.failed, margins.failed_known, failed, int(margins.failed_hinges[failed])),
     )
-    if travel.source != "path" or not 0.0 < sampled.whole.least < math.inf:
+    if not 0.0 < sampled.whole.least < math.inf:
         return sampled
     laws = travel.setup.laws
     try:
@@ -82,22 +82,23 @@ def margin_figures(travel: Travel, friction: Reals, margins: PathMargins) -> Mar
     enough = sampled.whole.least, sampled.failed.least
     springs = (lambda angles: law_torques(laws, angles)), slopes, friction
     found = certified_margin(travel.linkage, course, wander, *springs, enough)
-    return _proved(travel, course, friction, sampled, found)
+    return _bounded(travel, course, friction, sampled, found)
 
 
 def _at_states(travel: Travel, margins: Reals, known: Flags, state: int, hinge: int) -> MarginFigure:
     """Return the figure of the least margin at the states of a travel."""
     least = float(margins[state])
-    kind: FigureKind = "simulated" if travel.source == "deployment" else "proved" if least == 0.0 else "sampled"
+    kind: FigureKind = "sampled" if least > 0.0 else "proved" if travel.source == "path" else "simulated"
     return MarginFigure(least if known[state] else None, least, kind, hinge, float(travel.shares[state]))
 
 
-def _proved(
+def _bounded(
     travel: Travel, course: Course, friction: Reals, sampled: MarginFigures, found: CertifiedMargin
 ) -> MarginFigures:
-    """Return the figures of a path by its bounds, and by states in gaps and where margins between states are least."""
+    """Return the figures of a motion by its bounds, and by states in gaps and where those between states are least."""
     weakest = np.array([found.weakest, found.weakest_failed])
-    times = np.r_[weakest[np.isfinite(weakest)], gap_times(course, found.gaps)]
+    some = course.times[len(course.times) // 2]  # one at least
+    times = np.r_[some, weakest[np.isfinite(weakest)], gap_times(course, found.gaps)]
     states = np.array([close_linkage(travel.linkage, state).angles for state in states_at(course, times)])
     rates = closed_rates(np.array([travel.linkage.closure(state)[1] for state in states]))
     program = rates, law_torques(travel.setup.laws, states), friction, allowed_senses(states)
@@ -105,7 +106,8 @@ def _proved(
     failed = torque_margins_failed(*program, whole)
     turns = accumulated_turn(course.angles)
     shares = np.interp(times, course.times, turns) / turns[-1]
-    kind: FigureKind = "proved" if found.certified >= MIN_PROVED_SHARE else "sampled"
+    is_bounded = found.certified >= MIN_PROVED_SHARE
+    kind: FigureKind = "sampled" if not is_bounded else "proved" if travel.source == "path" else "simulated"
     figures = []
     for before, bound, margins, known, hinges in (
         (sampled.whole, found.bound, whole.margins, whole.known, whole.hinges),
@@ -117,6 +119,6 @@ def _proved(
             least, hinge, at = float(margins[state]), int(hinges[state]), float(shares[state])
             time = float(times[state])
         is_known = before.value is not None and bool(known[state])
-        value = min(bound, least) if kind == "proved" else least
+        value = min(bound, least) if is_bounded else least
         figures.append(MarginFigure(value if is_known else None, least, kind, hinge, at, time, 1.0 - found.certified))
     return MarginFigures(*figures)

@@ -11,10 +11,10 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
+from hcsearch.kernels.linkage.courses import COURSE_TERM_COUNT, course_polynomials
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.motion.planning.path_proofs import Prover
-from hcsearch.motion.planning.stretches import cubics_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.hardware import Hardware, hardware_of
 from hcsearch.scenes.setup import Setup, setup_of_scene
@@ -121,12 +121,11 @@ def _order_of(linkage: Linkage) -> WholeNumbers:
 
 
 def states_at(course: Course, times: Reals) -> Reals:
-    """Return the fold angles of a course of cubics at some times, (k, n_hinges)."""
+    """Return the fold angles of a course at some times, (k, n_hinges)."""
     steps = np.clip(np.searchsorted(course.times, times, side="right") - 1, 0, len(course.times) - 2)
     shares = (times - course.times[steps]) / np.diff(course.times)[steps]
-    states: Reals = np.einsum(
-        "khp,kp->kh", cubics_of(course.times, course.angles, course.rates)[steps], shares[:, None] ** np.arange(4)
-    )
+    powers = shares[:, None] ** np.arange(COURSE_TERM_COUNT)
+    states: Reals = np.einsum("khp,kp->kh", course_polynomials(*course)[steps], powers)
     return states
 
 
