@@ -179,7 +179,7 @@ def test_mutated_certificates_end_in_time_and_memory(tmp_path):
         "from hcsearch.motion.certificates.certifying import *\n"
         f"for file in sorted(pathlib.Path({str(tmp_path)!r}).glob('*.json')):\n"
         "    try:\n"
-        "        verify_certificate(read_certificate(str(file)), 20.0)\n"
+        "        verify_certificate(read_certificate(str(file)), Clock(20.0))\n"
         "    except CertificateError:\n"
         "        pass\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)\n"

@@ -18,6 +18,7 @@ import numpy as np
 
 FORMAT, VERSION, KINDS = "hcsearch certificate", 1, ("path", "lock", "collision")
 MAX_BYTES, MAX_CLAIMS, MAX_CHARACTERS, MAX_DIGITS = 16 * 2**20, 10, 1000, 40  # of a file, of texts, and of numbers
+MAX_LISTS = 500_000  # lists and objects of a file: each takes the memory of a hundred of its characters
 MAX_SIZE, MAX_WHOLE = 1500, 10**6  # facets times the corners of the largest one, and hinges; whole coordinates
 SECONDS = 50.0  # the time for a file
 NUMBER = re.compile(r"[0-9]{1,20}(/[0-9]{1,20}|(\.[0-9]{1,20})?(e-?[0-9]{1,2})?)")
@@ -173,7 +174,8 @@ class ArrayData:
         formed(len(pair) == 2, "a hinge has no two facets")
         one, two = (whole(facet, 0, len(self.facets) - 1, "the facet of a hinge") for facet in pair)
         sides, others = ([*zip(x, x[1:] + x[:1], strict=True)] for x in (self.facets[one], self.facets[two]))
-        shared = [(p, q) for p, q in sides if (q, p) in others and p != q]
+        ends = {(*p, *q) for p, q in others}
+        shared = [(p, q) for p, q in sides if (*q, *p) in ends]
         formed(len(shared) == 1, "a hinge is no edge that two facets share")
         face = entry(data, "face", str)
         formed(face in ("top", "bottom"), "a hinge is on no face")
@@ -189,10 +191,13 @@ def checksum(data: dict[str, Any]) -> str:
 def parsed(content: bytes) -> Any:
     """Return the data of a file: JSON whose numbers have at most `MAX_DIGITS` digits, and whose keys stand once."""
     formed(len(content) <= MAX_BYTES, f"it is larger than {MAX_BYTES // 2**20} MiB")
+    count = content.count(b"[") + content.count(b"{")  # before they are read
+    formed(count <= MAX_LISTS, f"it has more than {MAX_LISTS} lists and objects")
 
     def short(kind: Callable[[str], Any]) -> Callable[[str], Any]:
         def read(text: str) -> Any:
-            formed(len(text) <= MAX_DIGITS, f"a number has more than {MAX_DIGITS} digits")
+            if len(text) > MAX_DIGITS:
+                raise NoCertificateError(f"a number has more than {MAX_DIGITS} digits")
             return kind(text)
 
         return read

@@ -37,6 +37,8 @@ EPS, up, Clock, entry = balls.EPS, balls.up, certificate_grammar.Clock, certific
 TINY, STOPS = 1e-13, 1e-3  # radius of a tube (rad) that is added to what is computed; what stops give (rad)
 DEPTH, BATCH = 16, 512  # how often a piece is halved for its gaps, and pieces that are computed at once
 CELLS, MOST_CELLS = 2**20, 2**17  # entries of derivatives of pieces at once, and those of one state
+CORNERS, ANGLES = 100, 500_000  # limits of the format: corners of a facet, and pieces times hinges
+EQUAL, HEIGHTS = 16, 2**22  # pieces of equal turns; heights of corners along directions, of pieces at once
 
 
 def across(one: Any, two: Any) -> Any:
@@ -51,6 +53,7 @@ class Array:
         own, self.clock = certificate_grammar.ArrayData(data), clock or Clock()
         self.root, self.height, self.unit, self.panels = own.root, own.height, own.unit, own.panel_of
         sizes = np.array([[len(facet)] for facet in own.facets])
+        formed(sizes.max() <= CORNERS, f"a facet of a path has more than {CORNERS} corners")
         self.corner = corner = np.minimum(np.arange(sizes.max()), sizes - 1)  # the last one again where some have more
         facets = np.array([np.array(facet)[at] for facet, at in zip(own.facets, corner, strict=True)])
         self.facets, self.sides = facets, np.take_along_axis(facets, ((corner + 1) % sizes)[..., None], 1) - facets
@@ -81,7 +84,7 @@ class Array:
             start, back = (self.way[panel] for panel in self.hinges[k][:2])
             same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
             self.loops.append([*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))])
-        self.cells = max(1, 6 * len(self.loops) * len(self.hinges))
+        self.cells = 6 * max(1, len(self.loops)) * max(1, len(self.hinges))
         formed(self.cells <= MOST_CELLS, "the loops of a path have too many hinges")
 
     def lines_at(self, closed: list[int], loop: Any) -> list[Any]:
@@ -184,7 +187,10 @@ class Array:
         """
         batch = max(1, CELLS // (TERMS * self.cells))
         parts = [slice(start, start + batch) for start in range(0, max(1, len(cubics)), batch)]
-        tubes = [self.tube_of(rows, moving, cubics[k], wrenches, None if radii is None else radii[k]) for k in parts]
+        tubes = []
+        for k in parts:
+            self.clock.check()
+            tubes.append(self.tube_of(rows, moving, cubics[k], wrenches, None if radii is None else radii[k]))
         return np.concatenate(tubes)
 
     def tube_of(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any) -> Reals:
@@ -284,7 +290,7 @@ class Array:
                 sums[level] -= [across(p, first), p[2]]
             need(level == 0 and not sums.any(), "hinges that turn by one angle open a loop")
         ended = [one ^ int(move) for one, move in zip(closed, moving, strict=True)]
-        at = pi * (np.array(closed) + np.linspace(0.0, 1.0, 17)[:, None] * np.subtract(ended, closed))
+        at = pi * (np.array(closed) + np.linspace(0.0, 1.0, EQUAL + 1)[:, None] * np.subtract(ended, closed))
         cubics = np.stack([0.5 * (at[1:] + at[:-1]), 0.5 * (at[1:] - at[:-1]), 0 * at[1:], 0 * at[1:]], -1)
         return cubics, np.full(cubics.shape[:2], 1e-14) * moving, ended
 
@@ -322,6 +328,8 @@ class Array:
             max(1, CELLS // (1 + len(self.pairs))),
         )
         parts = [slice(k, k + min(64, size)) for k in range(0, len(cubics), min(64, size))]
+        corners = self.corners.shape[1] // 2
+        batch = max(1, min(BATCH, HEIGHTS // ((corners + 3) ** 2 * 2 * corners)))
         waiting = [(cubics[k], radii[k], every, 0) for k in parts]
         while waiting:
             cubics, radii, pairs, depth = waiting.pop()
@@ -336,7 +344,7 @@ class Array:
             reach = np.linalg.norm(places[:, :, 1:], axis=3).sum(2) + (self.reach * turns.rad + shifts.rad).sum(2)
             left &= ~(np.linalg.norm(places[one, :, 0] - places[two, :, 0], axis=2) > reach[one] + reach[two] + wide).T
             number, pair = np.nonzero(left)
-            for k in (slice(start, start + BATCH) for start in range(0, len(number), BATCH)):
+            for k in (slice(start, start + batch) for start in range(0, len(number), batch)):
                 self.clock.check()
                 left[number[k], pair[k]] = ~self.separated(turns, shifts, number[k], self.pairs[pair[k]].T)
             keep = left.any(1) | ~(turned < 0.5 * pi + STOPS).all(1)
@@ -373,11 +381,14 @@ class Array:
 def check_path(claim: Any, clock: certificate_grammar.Clock) -> str:
     """Check that a path leads from packed to flat; return the proved fact as a sentence."""
     array, margin = Array(claim.get("array"), clock), certificate_grammar.fraction(claim.get("margin"), "margin")
-    parts = list[Any]()
+    parts, pieces, most = list[Any](), 0, ANGLES // max(1, len(array.hinges))
     closed, lead = array.packed, {"equal": array.led_by_equal_turns, "cubics": array.led_by_cubics}
     for stretch in entry(claim, "stretches", list):
         kind = entry(stretch, "kind", str)
         formed(kind in lead, "a stretch is of no known kind")
+        clock.check()
+        pieces += EQUAL if kind == "equal" else len(entry(stretch, "times", list))
+        formed(pieces <= most, f"a path of {len(array.hinges)} hinges has more than {most} pieces")
         *part, closed = lead[kind](stretch, closed)
         parts.append(part)
     need(parts and not any(closed), "the path does not end flat")
