@@ -221,10 +221,15 @@ def check_ends(array: Any, margin: Fraction, clock: grammar.Clock) -> None:
 
     margin : in units of coordinates.
     """
-    own, ways = array.data, locks.ways_from(0, array.ends)
-    poses = [locks.folded([own.hinges[k] for k, _ in ways[panel]], own) for panel in range(len(own.panels))]
-    still = np.eye(3, dtype=int), np.zeros(3, dtype=int)
-    for end, at in (("packed", poses), ("flat", [still] * len(poses))):
+    own, still = array.data, (np.eye(3, dtype=int) * Fraction(1), np.zeros(3, dtype=int))
+    folded, flat = {0: still}, [still] * len(own.panels)
+    for panel, way in [*locks.ways_from(0, array.ends).items()][1:]:  # each behind one that was met before
+        clock.check()
+        hinge = own.hinges[way[-1][0]]
+        turn, shift = folded[hinge.one + hinge.two - panel]
+        half, moved = locks.half_turn(hinge, own) if hinge.closes else still
+        folded[panel] = turn @ half, shift + turn @ moved
+    for end, at in (("packed", folded), ("flat", flat)):
         facets = list[Any]()
         for corners, panel in zip(own.facets, own.panel_of, strict=True):
             turn, shift = at[panel]

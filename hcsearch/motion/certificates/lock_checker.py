@@ -62,23 +62,23 @@ class Array:
         self.loops = [Loop(steps, self.places, self.axes) for steps in loops]
 
 
-def folded(hinges: Any, own: grammar.ArrayData) -> tuple[Any, Any]:
-    """Return the rotation and the shift behind hinges of which those that close are folded flat, by half a turn."""
-    still = np.eye(3, dtype=int) * Fraction(1)
-    turn, shift = still, 0 * still[0]
-    for hinge in hinges:
-        if hinge.closes:  # by half a turn v goes to 2 u (u.v) / u.u - v
-            point, way = np.array([*hinge.p, own.height if hinge.top else 0]), np.subtract([*hinge.q, 0], [*hinge.p, 0])
-            along = way * [own.root, 1, 1]
-            half = 2 * np.outer(way, along) * Fraction(1, int(along @ way)) - still
-            turn, shift = turn @ half, shift + turn @ (point - half @ point)
-    return turn, shift
+def half_turn(hinge: Any, own: grammar.ArrayData) -> tuple[Any, Any]:
+    """Return rotation and shift by half a turn about a hinge in the flat state, exactly: v goes to 2 u (u.v) / u.u - v."""
+    point, way = np.array([*hinge.p, own.height if hinge.top else 0]), np.subtract([*hinge.q, 0], [*hinge.p, 0])
+    along = way * [own.root, 1, 1]
+    half = 2 * np.outer(way, along) * Fraction(1, int(along @ way)) - np.eye(3, dtype=int)
+    return half, point - half @ point
 
 
 def is_closed(hinges: Any, own: grammar.ArrayData) -> bool:
-    """Whether a loop is exactly closed where its hinges that close are folded flat."""
-    turn, shift = folded(hinges, own)
-    return bool((turn == np.eye(3, dtype=int)).all() and not shift.any())
+    """Whether a loop is exactly closed where its hinges that close are folded flat, by half a turn each."""
+    still = np.eye(3, dtype=int) * Fraction(1)
+    turn, shift = still, 0 * still[0]
+    for hinge in hinges:
+        if hinge.closes:
+            half, moved = half_turn(hinge, own)
+            turn, shift = turn @ half, shift + turn @ moved
+    return bool((turn == still).all() and not shift.any())
 
 
 def ways_from(start: int, ends: Any, without: Any = ()) -> dict[int, Any]:

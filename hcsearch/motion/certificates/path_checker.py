@@ -121,9 +121,11 @@ class Array:
                     rows += [row + first, row + 4 - first, row + 5] if apart else [row + first]
         table, count = [*np.hstack([screws[rows][:, moving], np.eye(len(rows), dtype=int) * Fraction(1)])], moving.sum()
         for column in range(count):
-            self.clock.check()
             for pivot in [own for own in table if own[column]][:1]:
-                table = [own - own[column] / pivot[column] * pivot for own in table if own is not pivot]
+                table, every = [], table
+                for own in every:
+                    self.clock.check()
+                    table += [] if own is pivot else [own - own[column] / pivot[column] * pivot]
         wrenches = np.array([own[count:] for own in table], float).reshape(len(table), len(rows))
         wrenches /= np.array([s, 1, 1, 1 / size, s / size, s / size])[np.array(rows, int) % 6]
         return rows, wrenches / np.linalg.norm(wrenches, axis=1, keepdims=True)
