@@ -33,6 +33,7 @@ REASONS = {
     "path": f"{FORM}|ends at no stop|does not end flat|open a loop|not parallel|no states|a loop is open",
     "margin": f"{FORM}|margin|decimal|no loop is closed",
     "vacuous": "it says nothing",
+    "limit": "more than",
     "nothing": "it claims nothing|does not end flat|nothing|it has not|no states|a path of no",
     "document": "is no|JSON|version|checksum|no certificate|format",
 }

@@ -263,7 +263,7 @@ def main(kind: str, checked: Callable[[Any, Clock], str], description: str | Non
         claims = [claim for claim in claims_of(data) if claim["kind"] == kind]
         formed(claims, f"no {kind} is claimed")
         for sentence in [checked(claim, clock) for claim in claims]:
-            print(f"{printable(data['of'])}: proved: {sentence}")
+            print(f"the array in the file, named {printable(data['of'])}: proved: {sentence}")
     except (NoCertificateError, OSError) as error:
         stop(f"{options.file}: no certificate: {error}", 2)
     except NotProvedError as error:

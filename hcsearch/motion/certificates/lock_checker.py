@@ -63,7 +63,7 @@ class Array:
 
 
 def half_turn(hinge: Any, own: grammar.ArrayData) -> tuple[Any, Any]:
-    """Return rotation and shift by half a turn about a hinge in the flat state, exactly: v goes to 2 u (u.v) / u.u - v."""
+    """Return the exact rotation and shift by half a turn about a hinge of the flat state: 2 u (u.v) / u.u - v for v."""
     point, way = np.array([*hinge.p, own.height if hinge.top else 0]), np.subtract([*hinge.q, 0], [*hinge.p, 0])
     along = way * [own.root, 1, 1]
     half = 2 * np.outer(way, along) * Fraction(1, int(along @ way)) - np.eye(3, dtype=int)

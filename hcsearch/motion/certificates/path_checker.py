@@ -155,12 +155,7 @@ class Array:
 
     def closure(self, cubics: Reals, radii: Reals, order: int) -> tuple[Poly, Poly, Reals]:
         """Twists of T - 1 of loops, (6 n_loops, 1), derivatives, radii of columns, and bounds of T - 1, (count,)."""
-        angles, count, n, rows = (
-            sines(cubics, radii, order),
-            len(cubics),
-            len(self.hinges),
-            6 * len(self.loops),
-        )
+        angles, count, n, rows = sines(cubics, radii, order), len(cubics), len(self.hinges), 6 * len(self.loops)
         twists = Poly(np.zeros((count, TERMS, rows, 1)), np.zeros((count, TERMS)))
         slopes, off = Poly(np.zeros((count, TERMS, rows, n)), np.zeros((count, TERMS, n))), np.zeros(count)
         for row, loop in zip(range(0, rows, 6), self.loops, strict=True):
@@ -189,14 +184,12 @@ class Array:
         """
         batch = max(1, CELLS // (TERMS * self.cells))
         parts = [slice(start, start + batch) for start in range(0, max(1, len(cubics)), batch)]
-        tubes = []
-        for k in parts:
-            self.clock.check()
-            tubes.append(self.tube_of(rows, moving, cubics[k], wrenches, None if radii is None else radii[k]))
+        tubes = [self.tube_of(rows, moving, cubics[k], wrenches, None if radii is None else radii[k]) for k in parts]
         return np.concatenate(tubes)
 
     def tube_of(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any) -> Reals:
         """Return what `tube` does of some pieces, which are computed at once."""
+        self.clock.check()
         order, others = int(len(wrenches) > 0), np.linalg.svd(wrenches)[2][len(wrenches) :]
         rule = np.concatenate([others, wrenches])  # combines equations, with a norm of no more than `mixed`
         steps = 4 * len(self.hinges) + 12 * len(rows) + 60  # operations of a bound, each with what is rounded
@@ -304,9 +297,7 @@ class Array:
         blunt = 1.0 + (before * normals).sum(2, keepdims=True)
         need(blunt.min() > 1e-6, "a corner of a facet is too sharp")
         inner = self.flat + margin * (before + normals) / blunt
-        self.error = (
-            1e-12 + 64 * EPS * margin / float(blunt.min()) ** 1.5
-        )  # of corners, and of what is computed of them
+        self.error = 1e-12 + 64 * EPS * margin / float(blunt.min()) ** 1.5  # of corners, and what is computed of them
         left = ((np.roll(inner, -1, 1) - inner) * sides).sum(2)[np.roll(self.corner, -1, 1) != self.corner].min() > 0
         need(left, "the margin leaves nothing of a panel")
         levels = ((z - self.middle[2]) / self.size + s * margin for z, s in ((0, 1), (self.height, -1)))
@@ -324,12 +315,9 @@ class Array:
         """Refuse pieces in which shrunk facets may overlap or hinges pass their stops; halve undecided pieces [8]."""
         middles = self.corners.mean(1, keepdims=True)
         wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None] + 1e-11
-        every, (one, two), size = (
-            np.ones((1, len(self.pairs)), bool),
-            self.pairs.T,
-            max(1, CELLS // (1 + len(self.pairs))),
-        )
-        parts = [slice(k, k + min(64, size)) for k in range(0, len(cubics), min(64, size))]
+        every, (one, two) = np.ones((1, len(self.pairs)), bool), self.pairs.T
+        size = max(1, min(64, CELLS // (1 + len(self.pairs))))
+        parts = [slice(k, k + size) for k in range(0, len(cubics), size)]
         corners = self.corners.shape[1] // 2
         batch = max(1, min(BATCH, HEIGHTS // ((corners + 3) ** 2 * 2 * corners)))
         waiting = [(cubics[k], radii[k], every, 0) for k in parts]
