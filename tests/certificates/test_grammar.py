@@ -2,6 +2,7 @@
 
 import copy
 import json
+import os
 import random
 import resource
 import subprocess
@@ -11,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch.motion.certificates import collision_checker, lock_checker
+from hcsearch.motion.certificates import collision_checker, lock_checker, path_checker
 from hcsearch.motion.certificates.certificate_grammar import (
     MAX_BYTES,
     Clock,
@@ -190,14 +191,37 @@ def test_names_are_printed_without_what_moves_the_cursor(tmp_path):
     assert printable(name) == "a\\n\\x1b[31m\\u202e\\u2028\\x00\\ud800ü"
 
 
-def test_a_path_of_what_does_not_fold_is_said_to_be_one():
+def still():
+    """The claim of a path of two squares that do not fold."""
     squares = [[[k, 0], [k + 1, 0], [k + 1, 1], [k, 1]] for k in range(2)]
     array = {"unit": "1/10", "root": 1, "thickness": 1, "facets": squares, "panels": [[0], [1]]}
     hinges = [{"facets": [0, 1], "face": "top", "closes": False}]
     stretches = [{"kind": "equal", "hinges": []}]
-    claim = {"kind": "path", "array": array | {"hinges": hinges}, "margin": "1/1000", "stretches": stretches}
+    return {"kind": "path", "array": array | {"hinges": hinges}, "margin": "1/1000", "stretches": stretches}
+
+
+def test_a_path_of_what_does_not_fold_is_said_to_be_one():
     head = "nothing folds, as packed and flat are one state: a path from packed to flat"
-    assert CLAIM_CHECKERS["path"](claim).startswith(head)
+    assert CLAIM_CHECKERS["path"](still()).startswith(head)
+
+
+def test_a_program_prints_names_on_any_terminal_and_reads_files_alone(tmp_path):
+    data = signed({**certificate(PATH), "of": "\u6298\n", "panel_mm": None, "claims": [still()]})
+    (tmp_path / "file.json").write_text(json.dumps(data), encoding="utf-8")
+    os.mkfifo(tmp_path / "pipe")
+
+    def run(name):
+        command = [sys.executable, path_checker.__file__, str(tmp_path / name)]
+        own = {**os.environ, "PYTHONIOENCODING": "ascii"}
+        return subprocess.run(command, capture_output=True, text=True, check=False, env=own, timeout=60)
+
+    proved = run("file.json")
+    assert proved.returncode == 0
+    assert proved.stdout.startswith(r"the array in the file, named '\u6298\n': proved: nothing folds")
+    for name in ("pipe", "."):
+        refused = run(name)
+        assert refused.returncode == 2
+        assert refused.stderr.endswith("no certificate: it is a folder, a pipe or a device\n")
 
 
 def mutated(data, rng):

@@ -256,14 +256,17 @@ def main(kind: str, checked: Callable[[Any, Clock], str], description: str | Non
     parser.add_argument("file")
     parser.add_argument("--seconds", type=float, default=SECONDS, help="time to decide in, %(default)g by default")
     options = parser.parse_args()
+    for stream in (sys.stdout, sys.stderr):  # names may hold letters that a terminal lacks
+        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     try:
-        clock = Clock(options.seconds)
-        with Path(options.file).open("rb") as file:
+        clock, path = Clock(options.seconds), Path(options.file)
+        formed(path.is_file() or not path.exists(), "it is a folder, a pipe or a device")
+        with path.open("rb") as file:
             data = parsed(file.read(MAX_BYTES + 1))
         claims = [claim for claim in claims_of(data) if claim["kind"] == kind]
         formed(claims, f"no {kind} is claimed")
         for sentence in [checked(claim, clock) for claim in claims]:
-            print(f"the array in the file, named {printable(data['of'])}: proved: {sentence}")
+            print(f"the array in the file, named {data['of']!r}: proved: {sentence}")
     except (NoCertificateError, OSError) as error:
         stop(f"{options.file}: no certificate: {error}", 2)
     except NotProvedError as error:
