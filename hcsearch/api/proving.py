@@ -15,7 +15,7 @@ from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.motion.certificates import certifying
-from hcsearch.motion.certificates.certificate_grammar import SECONDS
+from hcsearch.motion.certificates.certificate_grammar import SECONDS, Clock
 from hcsearch.scenes import Scene
 from hcsearch.system.outputs import check_output, write_output
 
@@ -103,5 +103,6 @@ def verify(path: str | Path, *, seconds: float = SECONDS) -> Certificate:
         For a file that cannot be read.
     """
     check_kinds(verify, locals())
+    clock = Clock(seconds)  # reading 16 MiB takes some of it
     data = certifying.read_certificate(str(path))
-    return Certificate(Path(path), tuple(certifying.verify_certificate(data, seconds)))
+    return Certificate(Path(path), tuple(certifying.verify_certificate(data, clock)))

@@ -15,6 +15,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from hcsearch.motion.certificates.certificate_data import certificate
+from hcsearch.motion.certificates.certificate_grammar import Clock
 from hcsearch.motion.certificates.certifying import CertificateError, verify_certificate
 from tests.certificates.exact_arrays import STILL, Array
 
@@ -23,7 +24,7 @@ FORM = "documented form|it has not|uneven|is no |are no |holds no|no known kind|
 REASONS = {
     "any": "",
     "form": f"{FORM}|twice the margin|in one panel|no loop is closed",
-    "name": "its array is not that of|names no folding|names no pattern|documented form",
+    "name": "its array is not that of|names no folding|names no joining|names no pattern|documented form",
     "cuts": f"{FORM}|cut|bound|a box is empty|the one end alone|no loop is closed",
     "ends": f"{FORM}|the one end alone|its end is|not closed|is open|no loop is closed",
     "face": "a face of its boxes|no loop is closed",
@@ -31,6 +32,8 @@ REASONS = {
     "|does not end flat|has no states|a loop is open|wrenches|is no number|not computed",
     "path": f"{FORM}|ends at no stop|does not end flat|open a loop|not parallel|no states|a loop is open",
     "margin": f"{FORM}|margin|decimal|no loop is closed",
+    "vacuous": "it says nothing",
+    "limit": "more than",
     "nothing": "it claims nothing|does not end flat|nothing|it has not|no states|a path of no",
     "document": "is no|JSON|version|checksum|no certificate|format",
 }
@@ -52,7 +55,7 @@ class Attack(NamedTuple):
 def refusal(claims: Any, of: Any, panel_mm: Any, seconds: float = math.inf) -> str | None:
     """Why `hcsearch verify` refuses a certificate of claims, with a checksum that fits; None where it does not."""
     try:
-        verify_certificate(certificate(claims, of, panel_mm), seconds)
+        verify_certificate(certificate(claims, of, panel_mm), Clock(seconds))
     except CertificateError as refused:
         return str(refused)
     return None

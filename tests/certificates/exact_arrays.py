@@ -239,7 +239,7 @@ class Array:
             pose = STILL
             for k, _ in loop:
                 if packed and self.hinges[k].closes:
-                    pose = pose.then(_half_turn(self.hinges[k].point, self.hinges[k].way, self.root))
+                    pose = pose.then(half_turn(self.hinges[k].point, self.hinges[k].way, self.root))
             still = all(
                 x == (pose.divisor if i == j else 0) for i, row in enumerate(pose.turn) for j, x in enumerate(row)
             )
@@ -263,7 +263,7 @@ def _angle(half: Fraction, square: int, root: int) -> tuple[int, int]:
 
 
 @cache
-def _half_turn(point: Vector, way: Vector, root: int) -> Pose:
+def half_turn(point: Vector, way: Vector, root: int) -> Pose:
     """The rotation about a level line by pi."""
     x, y, _ = way
     square = root * x * x + y * y

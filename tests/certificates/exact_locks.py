@@ -29,6 +29,7 @@ from tests.certificates.exact_arrays import (
     Vector,
     dot,
     down,
+    half_turn,
     length,
     listed,
     need,
@@ -538,6 +539,42 @@ def shrunk_points(array: Array, ring: Sequence[tuple[int, int]], margin: Fractio
     return points
 
 
+def clipped(ring: list[Any], cutter: list[Any]) -> list[Any]:
+    """The part of a convex outline that lies in another one, both counterclockwise."""
+    for (ax, ay), (bx, by) in zip(cutter, [*cutter[1:], cutter[0]], strict=True):
+        left = [(bx - ax) * (y - ay) - (by - ay) * (x - ax) for x, y in ring]
+        whole_ring, ring = ring, []
+        for k, (p, s) in enumerate(zip(whole_ring, left, strict=True)):
+            q, t = whole_ring[k - 1], left[k - 1]
+            if (s > 0) != (t > 0):
+                ring.append(tuple(b + t / (t - s) * (a - b) for a, b in zip(p, q, strict=True)))
+            if s > 0:
+                ring.append(p)
+    return ring
+
+
+def overlapping(array: Array, packed: bool, margin: Fraction) -> bool:
+    """Whether facets of different panels, less a margin, overlap at an end."""
+    ways, facets = array.ways(0), []
+    for ring, panel in zip(array.facets, array.panel_of, strict=True):
+        pose = STILL
+        for k, _ in ways[panel]:
+            if packed and array.hinges[k].closes:
+                pose = pose.then(half_turn(array.hinges[k].point, array.hinges[k].way, array.root))
+        inner = shrunk_points(array, ring, margin)
+        corners, moved = inner[: len(inner) // 2], []
+        for x, y in corners:
+            at = [row[0] * x + row[1] * y + s for row, s in zip(pose.turn, pose.shift, strict=True)]
+            moved.append((at[0] / pose.divisor, at[1] / pose.divisor))
+        up_side = pose.turn[2][2] > 0
+        level = Fraction(pose.shift[2], pose.divisor) - (0 if up_side else array.thickness)
+        facets.append((panel, level, moved if up_side else moved[::-1]))
+    for (one, low, ring), (two, level, other) in itertools.combinations(facets, 2):
+        if one != two and abs(low - level) < array.thickness - 2 * margin and clipped(ring, other):
+            return True
+    return False
+
+
 def check_collisions(claim: Any, array: Array, limit: int | None = None) -> tuple[int, int]:
     """Check that no motion leaves the boxes of a claim without overlap; return numbers as `check_lock`."""
     margin = length(claim["margin"]) / array.unit
@@ -547,4 +584,6 @@ def check_collisions(claim: Any, array: Array, limit: int | None = None) -> tupl
         need(min(one, two) >= 0 and max(one, two) < len(array.facets), "a pair is of no facets")
         pairs += [Pair(array, one, two, margin), Pair(array, two, one, margin)]
     need(pairs, "no facets are named that overlap")
+    for packed in (True, False):
+        need(not overlapping(array, packed, margin), "it says nothing: facets overlap at an end")
     return check_lock(claim, array, overlap_of(pairs, array), limit)

@@ -264,7 +264,7 @@ class Stretch:
 
     def _lines_at(self, closed: Sequence[bool]) -> list[list[Any]]:
         """The exact lines of loops where some hinges are folded flat: hinge, direction and point of the lattice."""
-        from tests.certificates.exact_arrays import _half_turn
+        from tests.certificates.exact_arrays import half_turn
 
         found = []
         for loop in self.array.loops:
@@ -282,7 +282,7 @@ class Stretch:
                 ]
                 own.append((k, way, place))
                 if closed[k]:
-                    pose = pose.then(_half_turn(hinge.point, hinge.way, self.array.root))
+                    pose = pose.then(half_turn(hinge.point, hinge.way, self.array.root))
             turn = [Fraction(x, pose.divisor) for row in pose.turn for x in row]
             need(turn == [1, 0, 0, 0, 1, 0, 0, 0, 1] and not any(pose.shift), "a loop is open at a flat-folded state")
             found.append(own)
@@ -597,7 +597,7 @@ def led_by_equal_turns(lines: Lines, data: Any, closed: list[bool]) -> Iterator[
         all(type(k) is int and 0 <= k < n for k in hinges) and len(set(hinges)) == len(hinges) > 0,
         "equal turns of no hinge",
     )
-    from tests.certificates.exact_arrays import _half_turn
+    from tests.certificates.exact_arrays import half_turn
 
     squares = {array.hinges[k].square for k in hinges}
     for loop in array.loops:
@@ -608,7 +608,7 @@ def led_by_equal_turns(lines: Lines, data: Any, closed: list[bool]) -> Iterator[
             for k, sense in loop:
                 hinge = array.hinges[k]
                 if closed[k]:
-                    pose = pose.then(_half_turn(hinge.point, hinge.way, array.root))
+                    pose = pose.then(half_turn(hinge.point, hinge.way, array.root))
                 if k in hinges:
                     # one tangent for all hinges needs directions of rational ratio
                     ratio = isqrt(hinge.square * min(squares))

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import os
 import random
 import resource
 import subprocess
@@ -11,7 +12,15 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
-from hcsearch.motion.certificates.certificate_grammar import MAX_BYTES, NoCertificateError, checksum, parsed, printable
+from hcsearch.motion.certificates import collision_checker, lock_checker, path_checker
+from hcsearch.motion.certificates.certificate_grammar import (
+    MAX_BYTES,
+    Clock,
+    NoCertificateError,
+    checksum,
+    parsed,
+    printable,
+)
 from hcsearch.motion.certificates.certifying import CLAIM_CHECKERS, CertificateError, verify_certificate
 from tests.certificates.test_certificates import certificate, signed
 
@@ -99,6 +108,61 @@ def test_an_array_over_the_limits_is_refused_at_once(kind, tmp_path):
     assert "its facets and hinges are more than 1500" in error
 
 
+def test_a_file_of_many_lists_is_refused_before_they_are_read(monkeypatch):
+    monkeypatch.setattr(json, "loads", None)
+    for text in (b"[", b'{"":'):
+        with pytest.raises(NoCertificateError, match="it has more than 500000 lists and objects"):
+            parsed(text * 500_001)
+
+
+def tail(n):
+    """The array of four squares about a point, whose hinges close a loop, and a tail of n squares."""
+    places = [(0, 0), (1, 0), (1, 1), (0, 1), *((2 + k, 0) for k in range(n))]
+    facets = [[[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]] for x, y in places]
+    joined = [(0, 1), (1, 2), (2, 3), (3, 0), *((3 + k if k else 1, 4 + k) for k in range(n))]
+    hinges = [{"facets": [*pair], "face": "top", "closes": max(pair) > 3} for pair in joined]
+    own = {"facets": facets, "panels": [[k] for k in range(4 + n)], "hinges": hinges}
+    return {"unit": "1/1000", "root": 1, "thickness": 1, **own}
+
+
+def test_boxes_that_do_not_meet_end_in_the_time(tmp_path):
+    """No box covers a part of another one's faces, of which there are 200 times as many."""
+    rng, n = random.Random(3), 200
+    lows = [[0] * n, *([rng.randrange(2) for _ in range(n)] for _ in range(1000))]
+    boxes = {"cuts": [[0.0, 1.0, 3.15]] * n, "lows": lows, "highs": [[1 + k for k in low] for low in lows]}
+    data = of_pattern(LOCK, tail(196), **boxes, end="flat", tried=0)
+    code, _, error = verified(tmp_path, data, "--seconds", "1")
+    assert code == 1
+    assert "not decided in 1 s" in error
+    few = {key: own if key == "cuts" else own[:120] for key, own in boxes.items()}
+    code, _, error = verified(tmp_path, of_pattern(LOCK, tail(196), **few, end="flat", tried=0))
+    assert code == 2
+    assert error.endswith("the faces of its boxes have more than 20000 parts\n")
+
+
+def test_ways_between_panels_are_held_once():
+    """A way of 190 hinges has 18,000 pairs of them, and there may be 20,000 pairs of facets."""
+    array = lock_checker.Array(tail(190))
+    pairs = collision_checker.pairs_of(array, [[0, 193]] * 3, "1/100000", Clock())
+    assert {id(pair.ways) for pair in pairs[::2]} == {id(pairs[0].ways)}
+    assert pairs[0].ways[0].pairs is pairs[1].ways[0].pairs
+
+
+def test_paths_over_the_limits_are_refused(tmp_path):
+    rows = [[[x, 0] for x in range(51)] + [[50 - x, 1] for x in range(51)]]
+    facets = [[[x + shift, y] for x, y in rows[0]] for shift in (0, 50)]
+    hinges = [{"facets": [0, 1], "face": "top", "closes": True}]
+    array = {"facets": facets, "panels": [[0], [1]], "hinges": hinges, "unit": "1/1000", "root": 1, "thickness": 1}
+    code, _, error = verified(tmp_path, of_pattern(PATH, array))
+    assert code == 2
+    assert "a facet of a path has more than 100 corners" in error
+    states = {"times": [*range(1700)], "angles": [[0.0] * 299] * 1700, "rates": [[0.0] * 299] * 1700}
+    own = tail(295)
+    code, _, error = verified(tmp_path, of_pattern(PATH, own, stretches=[{"kind": "cubics", **states}]))
+    assert code == 2
+    assert "a path of 299 hinges has more than 1672 pieces" in error
+
+
 @pytest.mark.parametrize(
     "change", [{"version": 2}, {"version": 1.0}, {"version": True}, {"format": "x"}, {"claims": []}]
 )
@@ -127,14 +191,37 @@ def test_names_are_printed_without_what_moves_the_cursor(tmp_path):
     assert printable(name) == "a\\n\\x1b[31m\\u202e\\u2028\\x00\\ud800ü"
 
 
-def test_a_path_of_what_does_not_fold_is_said_to_be_one():
+def still():
+    """The claim of a path of two squares that do not fold."""
     squares = [[[k, 0], [k + 1, 0], [k + 1, 1], [k, 1]] for k in range(2)]
     array = {"unit": "1/10", "root": 1, "thickness": 1, "facets": squares, "panels": [[0], [1]]}
     hinges = [{"facets": [0, 1], "face": "top", "closes": False}]
     stretches = [{"kind": "equal", "hinges": []}]
-    claim = {"kind": "path", "array": array | {"hinges": hinges}, "margin": "1/1000", "stretches": stretches}
+    return {"kind": "path", "array": array | {"hinges": hinges}, "margin": "1/1000", "stretches": stretches}
+
+
+def test_a_path_of_what_does_not_fold_is_said_to_be_one():
     head = "nothing folds, as packed and flat are one state: a path from packed to flat"
-    assert CLAIM_CHECKERS["path"](claim).startswith(head)
+    assert CLAIM_CHECKERS["path"](still()).startswith(head)
+
+
+def test_a_program_prints_names_on_any_terminal_and_reads_files_alone(tmp_path):
+    data = signed({**certificate(PATH), "of": "\u6298\n", "panel_mm": None, "claims": [still()]})
+    (tmp_path / "file.json").write_text(json.dumps(data), encoding="utf-8")
+    os.mkfifo(tmp_path / "pipe")
+
+    def run(name):
+        command = [sys.executable, path_checker.__file__, str(tmp_path / name)]
+        own = {**os.environ, "PYTHONIOENCODING": "ascii"}
+        return subprocess.run(command, capture_output=True, text=True, check=False, env=own, timeout=60)
+
+    proved = run("file.json")
+    assert proved.returncode == 0
+    assert proved.stdout.startswith(r"the array in the file, named '\u6298\n': proved: nothing folds")
+    for name in ("pipe", "."):
+        refused = run(name)
+        assert refused.returncode == 2
+        assert refused.stderr.endswith("no certificate: it is a folder, a pipe or a device\n")
 
 
 def mutated(data, rng):
@@ -179,7 +266,7 @@ def test_mutated_certificates_end_in_time_and_memory(tmp_path):
         "from hcsearch.motion.certificates.certifying import *\n"
         f"for file in sorted(pathlib.Path({str(tmp_path)!r}).glob('*.json')):\n"
         "    try:\n"
-        "        verify_certificate(read_certificate(str(file)), 20.0)\n"
+        "        verify_certificate(read_certificate(str(file)), Clock(20.0))\n"
         "    except CertificateError:\n"
         "        pass\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)\n"

@@ -8,7 +8,7 @@ import pytest
 from hcsearch import save
 from hcsearch.api.proving import prove, verify
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.motion.certificates import certifying, path_checker
+from hcsearch.motion.certificates import certificate_grammar, certifying, path_checker
 from hcsearch.motion.certificates.certificate_grammar import checksum
 from hcsearch.motion.certificates.certifying import CertificateError
 from tests.export.test_any_panels import drawing_of, strip, written
@@ -83,3 +83,16 @@ def test_a_thickness_that_is_no_part_of_the_lattice_is_refused_before_the_search
     monkeypatch.setattr(certifying, "plan_linkage_motion", None)
     with pytest.raises(HcsearchError, match=r"is no simple part of the lattice: give --panel LENGTHxTHICKNESS"):
         prove(path, tmp_path / "none.json", db="none.sqlite")
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "message"),
+    [("MAX_BYTES", 1000, "it is larger than 0 MiB"), ("MAX_LISTS", 20, "it has more than 20 lists and objects")],
+)
+def test_no_certificate_is_written_that_verify_does_not_read(tmp_path, monkeypatch, limit, value, message):
+    path = written(tmp_path, drawing_of([_square(0.0, 0.0), _square(1.0, 0.0)], {(0, 1): "M"}))
+    monkeypatch.setattr(certificate_grammar, limit, value)
+    with pytest.raises(HcsearchError, match=f"of own.fold is beyond what hcsearch verify reads: {message}") as refused:
+        prove(path, tmp_path / "path.json", db="none.sqlite")
+    assert "\n" not in str(refused.value)
+    assert not (tmp_path / "path.json").exists()

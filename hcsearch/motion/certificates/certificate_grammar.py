@@ -18,6 +18,7 @@ import numpy as np
 
 FORMAT, VERSION, KINDS = "hcsearch certificate", 1, ("path", "lock", "collision")
 MAX_BYTES, MAX_CLAIMS, MAX_CHARACTERS, MAX_DIGITS = 16 * 2**20, 10, 1000, 40  # of a file, of texts, and of numbers
+MAX_LISTS = 500_000  # lists and objects of a file: each takes the memory of a hundred of its characters
 MAX_SIZE, MAX_WHOLE = 1500, 10**6  # facets times the corners of the largest one, and hinges; whole coordinates
 SECONDS = 50.0  # the time for a file
 NUMBER = re.compile(r"[0-9]{1,20}(/[0-9]{1,20}|(\.[0-9]{1,20})?(e-?[0-9]{1,2})?)")
@@ -173,7 +174,8 @@ class ArrayData:
         formed(len(pair) == 2, "a hinge has no two facets")
         one, two = (whole(facet, 0, len(self.facets) - 1, "the facet of a hinge") for facet in pair)
         sides, others = ([*zip(x, x[1:] + x[:1], strict=True)] for x in (self.facets[one], self.facets[two]))
-        shared = [(p, q) for p, q in sides if (q, p) in others and p != q]
+        ends = {(*p, *q) for p, q in others}
+        shared = [(p, q) for p, q in sides if (*q, *p) in ends]
         formed(len(shared) == 1, "a hinge is no edge that two facets share")
         face = entry(data, "face", str)
         formed(face in ("top", "bottom"), "a hinge is on no face")
@@ -189,10 +191,13 @@ def checksum(data: dict[str, Any]) -> str:
 def parsed(content: bytes) -> Any:
     """Return the data of a file: JSON whose numbers have at most `MAX_DIGITS` digits, and whose keys stand once."""
     formed(len(content) <= MAX_BYTES, f"it is larger than {MAX_BYTES // 2**20} MiB")
+    count = content.count(b"[") + content.count(b"{")  # before they are read
+    formed(count <= MAX_LISTS, f"it has more than {MAX_LISTS} lists and objects")
 
     def short(kind: Callable[[str], Any]) -> Callable[[str], Any]:
         def read(text: str) -> Any:
-            formed(len(text) <= MAX_DIGITS, f"a number has more than {MAX_DIGITS} digits")
+            if len(text) > MAX_DIGITS:
+                raise NoCertificateError(f"a number has more than {MAX_DIGITS} digits")
             return kind(text)
 
         return read
@@ -251,14 +256,17 @@ def main(kind: str, checked: Callable[[Any, Clock], str], description: str | Non
     parser.add_argument("file")
     parser.add_argument("--seconds", type=float, default=SECONDS, help="time to decide in, %(default)g by default")
     options = parser.parse_args()
+    for stream in (sys.stdout, sys.stderr):  # names may hold letters that a terminal lacks
+        stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     try:
-        clock = Clock(options.seconds)
-        with Path(options.file).open("rb") as file:
+        clock, path = Clock(options.seconds), Path(options.file)
+        formed(path.is_file() or not path.exists(), "it is a folder, a pipe or a device")
+        with path.open("rb") as file:
             data = parsed(file.read(MAX_BYTES + 1))
         claims = [claim for claim in claims_of(data) if claim["kind"] == kind]
         formed(claims, f"no {kind} is claimed")
         for sentence in [checked(claim, clock) for claim in claims]:
-            print(f"{printable(data['of'])}: proved: {sentence}")
+            print(f"the array in the file, named {data['of']!r}: proved: {sentence}")
     except (NoCertificateError, OSError) as error:
         stop(f"{options.file}: no certificate: {error}", 2)
     except NotProvedError as error:

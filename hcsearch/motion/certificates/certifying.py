@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
@@ -153,6 +154,12 @@ def _certified(
         )
     checked = _locks(linkages, motion, name) if motion.locked else [_path(linkages, motion, margin, name)]
     data = certificate([claim for claim, _ in checked], name, panel_mm)
+    try:
+        claims_of(parsed(json.dumps(data, separators=(",", ":")).encode() + b"\n"))
+    except NoCertificateError as refused:
+        raise HcsearchError(
+            f"the certificate of {name} is beyond what hcsearch verify reads: {refused}; give other panels"
+        ) from refused
     return data, [_sentence(data, claim, proved) for claim, proved in checked]
 
 
@@ -206,13 +213,13 @@ def read_certificate(path: str) -> Any:
 
 
 @work_step("checking the certificate")
-def verify_certificate(data: Any, seconds: float = math.inf) -> list[str]:
+def verify_certificate(data: Any, clock: Clock | None = None) -> list[str]:
     """Verify the claims of a certificate; return the proved facts as sentences.
 
-    seconds : the time after which it is not decided. CertificateError for data that are no certificate;
-    UnprovedCertificateError where a claim is not proved.
+    clock : the time after which it is not decided, without a limit if none is given. CertificateError for data that
+    are no certificate; UnprovedCertificateError where a claim is not proved.
     """
-    clock = Clock(seconds)
+    clock = clock or Clock()
     try:
         return [_verified(data, claim, clock) for claim in claims_of(data)]
     except NoCertificateError as refused:
@@ -226,6 +233,7 @@ def _verified(data: Mapping[str, Any], claim: Any, clock: Clock) -> str:
 
     The array of a pattern is that which the certificate holds, as its file is not at hand.
     """
+    clock.check()
     array = ArrayData(claim.get("array"))
     if data["panel_mm"] is None:
         for number, panel in enumerate(array.panels):
@@ -238,10 +246,12 @@ def _verified(data: Mapping[str, Any], claim: Any, clock: Clock) -> str:
 
 def _check_named(data: Mapping[str, Any], claim: Mapping[str, Any]) -> None:
     """Check that the array of a claim is that of the named folding, with the named panels and joining of flat pairs."""
-    name, panel, way = (printable(part) for part in (data["of"], data["panel_mm"], claim.get("pairs")))
+    name, panel, way = printable(data["of"]), printable(data["panel_mm"]), claim.get("pairs")
+    if way not in WAYS:
+        raise CertificateError(f"it names no joining of flat pairs: write {', '.join(WAYS)}")
     try:
         folding, size = Folding.from_notation(name), read_panel(panel)
-        named = array_data(folding.linkage(size, flat_pairs=WAYS[WAYS.index(way)]))
+        named = array_data(folding.linkage(size, flat_pairs=way))
     except (HcsearchError, ValueError) as error:
         raise CertificateError(f"it names no folding, panel or joining of flat pairs ({error})") from error
     if claim["array"] != named:

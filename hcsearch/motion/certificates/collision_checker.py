@@ -7,6 +7,8 @@ that `lock_checker` needs. Numbers in brackets are those of docs/explanation/cer
 """
 
 from copy import copy
+from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -173,8 +175,9 @@ def overlaps(pairs: list[Pair], closure: Any, clock: grammar.Clock) -> tuple[Any
         best, waiting = depths.argmax(0), ~proved & (depths.max(0) > TOUCH)
         for k, (pair, (_, by, ends, height)) in enumerate(zip(pairs, found, strict=True)):
             for number, way in enumerate(pair.ways):
-                mine = np.flatnonzero(waiting & (best == k) & (by == number))
-                if len(mine):
+                every = np.flatnonzero(waiting & (best == k) & (by == number))
+                batch = max(1, locks.CELLS // (9 * len(way.hinges) ** 2))
+                for mine in (every[start : start + batch] for start in range(0, len(every), batch)):
                     clock.check()
                     low, own = pair.least(way, ends[mine], height[mine], part(closure, mine))
                     proved[mine] = low > 0.0
@@ -194,6 +197,13 @@ def pairs_of(array: Any, numbers: Any, margin: str, clock: grammar.Clock) -> lis
     named = grammar.rows(
         numbers, [2] * len(numbers), lambda k: grammar.whole(k, 0, len(array.facets) - 1, "a facet"), "pairs"
     )
+
+    @cache
+    def ways(start: int, end: int) -> list[Any]:
+        first = locks.ways_from(start, array.ends)[end]
+        second = locks.ways_from(start, array.ends, {k for k, _ in first}).get(end)
+        return [locks.Loop(way, array.places, array.axes) for way in (first, second) if way]
+
     pairs = []
     for one, two in [own for a, b in named for own in ((a, b), (b, a))]:
         clock.check()
@@ -202,17 +212,53 @@ def pairs_of(array: Any, numbers: Any, margin: str, clock: grammar.Clock) -> lis
         grammar.formed(
             max(len(array.facets[k]) for k in (one, two)) <= CORNERS, f"a facet has more than {CORNERS} corners"
         )
-        first = locks.ways_from(start, array.ends)[end]
-        second = locks.ways_from(start, array.ends, {k for k, _ in first}).get(end)
-        ways = [locks.Loop(way, array.places, array.axes) for way in (first, second) if way]
-        pairs.append(Pair(array.facets[one], array.facets[two], array.height, share, ways))
+        pairs.append(Pair(array.facets[one], array.facets[two], array.height, share, ways(start, end)))
     return pairs
+
+
+def check_ends(array: Any, margin: Fraction, clock: grammar.Clock) -> None:
+    """Refuse a claim at an end of which facets overlap: no motion without overlap begins or ends there [14].
+
+    margin : in units of coordinates.
+    """
+    own, still = array.data, (np.eye(3, dtype=int) * Fraction(1), np.zeros(3, dtype=int))
+    folded, flat = {0: still}, [still] * len(own.panels)
+    for panel, way in [*locks.ways_from(0, array.ends).items()][1:]:  # each behind one that was met before
+        clock.check()
+        hinge = own.hinges[way[-1][0]]
+        turn, shift = folded[hinge.one + hinge.two - panel]
+        half, moved = locks.half_turn(hinge, own) if hinge.closes else still
+        folded[panel] = turn @ half, shift + turn @ moved
+    for end, at in (("packed", folded), ("flat", flat)):
+        facets = list[Any]()
+        for corners, panel in zip(own.facets, own.panel_of, strict=True):
+            turn, shift = at[panel]
+            places = [[*(turn @ [*corner, 0] + shift)] for corner in corners]
+            level = places[0][2] + min(turn[2, 2], 0) * own.height  # of its lower face
+            facets.append((panel, level, [place[:2] for place in places][:: 1 if turn[2, 2] > 0 else -1]))
+        for k, (panel, level, ring) in enumerate(facets):
+            for h, (other, height, outline) in enumerate(facets[:k]):
+                clock.check()
+                near = panel != other and abs(level - height) < own.height - 2 * margin
+                apart = not near or beside(ring, outline, own.root, margin) or beside(outline, ring, own.root, margin)
+                grammar.need(apart, f"it says nothing: facets {h} and {k} overlap at its {end} state")
+
+
+def beside(ring: Any, other: Any, root: int, margin: Fraction) -> bool:
+    """Whether another outline lies beyond a side of one, or on this side by no more than twice the margin."""
+    for (ax, ay), (bx, by) in zip(ring, ring[1:] + ring[:1], strict=True):
+        x, y = bx - ax, by - ay
+        depth = max(x * (q - ay) - y * (p - ax) for p, q in other)  # over the length of the side, and over sqrt(root)
+        if depth <= 0 or root * depth**2 <= 4 * margin**2 * (root * x**2 + y**2):
+            return True
+    return False
 
 
 def check_collisions(claim: Any, clock: grammar.Clock) -> str:
     """Check that no motion leaves a set of boxes without collisions; return the proved fact as a sentence."""
     array, margin = locks.Array(claim.get("array")), claim.get("margin")
     pairs = pairs_of(array, claim.get("pairs_of_facets"), margin, clock)
+    check_ends(array, grammar.fraction(margin, "margin") / array.unit, clock)
     proved = locks.check_lock(claim, array, clock, lambda closure: overlaps(pairs, closure, clock))
     return f"{proved} without an overlap of facets that are shrunk by {margin} m"
 

@@ -7,6 +7,7 @@ it, and imports nothing else of hcsearch. Numbers in brackets are those of docs/
 """
 
 from fractions import Fraction
+from functools import cache
 from math import pi
 from typing import Any
 
@@ -23,6 +24,7 @@ Reals = np.ndarray[Any, np.dtype[np.float64]]
 EPS, up = balls.EPS, balls.up
 BATCH, CELLS, MOST_CELLS = 256, 2**18, 2**20  # boxes at once; entries of their expansions, and those of one box
 HINGES, BOXES, PARTS = 200, 100_000, 1_000_000  # limits of the format, and of the parts of faces
+ANGLES = 4_000_000  # parts of faces times hinges, at most
 FEWEST, FACTOR, MOST = 20_000, 6, 10**8  # boxes that are tried: so many, and times what is stated up to the last one
 NARROW = 1e-6  # a box that is no wider (rad) is not split
 SWEEPS, GAIN, WIDE = 3, 0.1, 0.2  # how often, and for which gain, a box is contracted again; sides that may be split
@@ -32,7 +34,7 @@ class Array:
     """Panels and hinges in the flat state; lengths over a size, which is a power of 2."""
 
     def __init__(self, data: Any) -> None:
-        own = grammar.ArrayData(data)
+        self.data = own = grammar.ArrayData(data)
         grammar.formed(0 < len(own.hinges) <= HINGES, f"a lock has not from 1 to {HINGES} hinges")
         self.panel_of, self.ends = own.panel_of, [[hinge.one, hinge.two] for hinge in own.hinges]
         points = np.array([[*hinge.p, own.height if hinge.top else 0] for hinge in own.hinges])
@@ -44,19 +46,28 @@ class Array:
         self.facets = [np.array(facet) * np.sqrt([float(own.root), 1.0]) / self.size for facet in own.facets]
         self.height, self.unit = own.height / self.size, own.unit
         self.packed = np.array([hinge.closes for hinge in own.hinges])
-        way, self.loops = ways_from(0, self.ends), []
+        way, loops = ways_from(0, self.ends), []
         grammar.formed(set(way) == set(self.panel_of), "the panels are not joined to one piece")
         for k in sorted(set(range(len(self.ends))) - {k for steps in way.values() for k, _ in steps}):
             start, back = (way[panel] for panel in self.ends[k])
             same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
-            steps = [*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))]
-            grammar.formed(len(steps) > 1, "a hinge joins a panel to itself")
-            grammar.need(is_closed([own.hinges[k] for k, _ in steps], own), "its packed state is not closed")
-            self.loops.append(Loop(steps, self.places, self.axes))
-        grammar.need(self.loops, "no loop is closed by the hinges")
-        terms = len(self.ends) + sum(len(loop.hinges) * (len(loop.hinges) + 1) // 2 for loop in self.loops)
-        self.cells = 12 * len(self.loops) * terms
+            loops.append([*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))])
+            grammar.formed(len(loops[-1]) > 1, "a hinge joins a panel to itself")
+        grammar.need(loops, "no loop is closed by the hinges")
+        terms = len(self.ends) + sum(len(steps) * (len(steps) + 1) // 2 for steps in loops)
+        self.cells = 12 * len(loops) * terms
         grammar.formed(self.cells <= MOST_CELLS, "the loops of a lock have too many hinges")
+        for steps in loops:
+            grammar.need(is_closed([own.hinges[k] for k, _ in steps], own), "its packed state is not closed")
+        self.loops = [Loop(steps, self.places, self.axes) for steps in loops]
+
+
+def half_turn(hinge: Any, own: grammar.ArrayData) -> tuple[Any, Any]:
+    """Return the exact rotation and shift by half a turn about a hinge of the flat state: 2 u (u.v) / u.u - v for v."""
+    point, way = np.array([*hinge.p, own.height if hinge.top else 0]), np.subtract([*hinge.q, 0], [*hinge.p, 0])
+    along = way * [own.root, 1, 1]
+    half = 2 * np.outer(way, along) * Fraction(1, int(along @ way)) - np.eye(3, dtype=int)
+    return half, point - half @ point
 
 
 def is_closed(hinges: Any, own: grammar.ArrayData) -> bool:
@@ -64,11 +75,9 @@ def is_closed(hinges: Any, own: grammar.ArrayData) -> bool:
     still = np.eye(3, dtype=int) * Fraction(1)
     turn, shift = still, 0 * still[0]
     for hinge in hinges:
-        if hinge.closes:  # by half a turn v goes to 2 u (u.v) / u.u - v
-            point, way = np.array([*hinge.p, own.height if hinge.top else 0]), np.subtract([*hinge.q, 0], [*hinge.p, 0])
-            along = way * [own.root, 1, 1]
-            half = 2 * np.outer(way, along) * Fraction(1, int(along @ way)) - still
-            turn, shift = turn @ half, shift + turn @ (point - half @ point)
+        if hinge.closes:
+            half, moved = half_turn(hinge, own)
+            turn, shift = turn @ half, shift + turn @ moved
     return bool((turn == still).all() and not shift.any())
 
 
@@ -84,6 +93,12 @@ def ways_from(start: int, ends: Any, without: Any = ()) -> dict[int, Any]:
     return ways
 
 
+@cache
+def pairs_of(n: int) -> tuple[Any, Any]:
+    """The numbers of all pairs of n hinges, once for all ways of so many."""
+    return np.triu_indices(n, 1)
+
+
 class Loop:
     """A loop, cut into two halves that lead from its first panel to the same one, and expanded to second order."""
 
@@ -92,7 +107,7 @@ class Loop:
         self.ways = ways[self.hinges] * np.array([float(sense) for _, sense in steps])
         self.centre = points.mid[self.hinges].mean(0)
         self.points = points[self.hinges] - balls.exact(self.centre[:, 0])
-        self.pairs = np.triu_indices(len(steps), 1)
+        self.pairs = pairs_of(len(steps))
 
     def walk(self, angles: Reals, back: bool) -> tuple[Any, Any, Any, Any]:
         """Return axes and places of all hinges on a way, (count, n), and the poses before, between and behind them.
@@ -274,6 +289,8 @@ def faces_of(low: Any, high: Any, tops: Any, clock: grammar.Clock) -> tuple[Any,
     """Return the faces of boxes, (count, n) each in numbers of cuts, that no other box covers [9]: lows and highs."""
     below, above = list[Any](), list[Any]()
     n = low.shape[1]
+    most = min(PARTS, ANGLES // n)
+    over = f"the faces of its boxes have more than {most} parts"
     for h in range(n):
         for value, at in ((low[:, h], 0), (high[:, h], 1)):
             for level in np.unique(value[(value > 0) & (value < tops[h])]):
@@ -284,11 +301,13 @@ def faces_of(low: Any, high: Any, tops: Any, clock: grammar.Clock) -> tuple[Any,
                     parts = [(low[k, rest], high[k, rest])]
                     met = ((their_low < parts[0][1]) & (their_high > parts[0][0])).all(1)
                     for a, b in zip(their_low[met], their_high[met], strict=True):
-                        clock.check()
-                        parts = [piece for part in parts for piece in outside(*part, a, b)]
-                        grammar.formed(
-                            len(below) + len(parts) <= PARTS, f"the faces of its boxes have more than {PARTS} parts"
-                        )
+                        parts, whole = [], parts
+                        for part in whole:
+                            clock.check()
+                            parts += outside(*part, a, b)
+                            grammar.formed(len(below) + len(parts) <= most, over)
+                    clock.check()
+                    grammar.formed(len(below) + len(parts) <= most, over)
                     for a, b in parts:
                         below.append(np.insert(a, h, level))
                         above.append(np.insert(b, h, level))

@@ -37,6 +37,8 @@ EPS, up, Clock, entry = balls.EPS, balls.up, certificate_grammar.Clock, certific
 TINY, STOPS = 1e-13, 1e-3  # radius of a tube (rad) that is added to what is computed; what stops give (rad)
 DEPTH, BATCH = 16, 512  # how often a piece is halved for its gaps, and pieces that are computed at once
 CELLS, MOST_CELLS = 2**20, 2**17  # entries of derivatives of pieces at once, and those of one state
+CORNERS, ANGLES = 100, 500_000  # limits of the format: corners of a facet, and pieces times hinges
+EQUAL, HEIGHTS = 16, 2**22  # pieces of equal turns; heights of corners along directions, of pieces at once
 
 
 def across(one: Any, two: Any) -> Any:
@@ -51,6 +53,7 @@ class Array:
         own, self.clock = certificate_grammar.ArrayData(data), clock or Clock()
         self.root, self.height, self.unit, self.panels = own.root, own.height, own.unit, own.panel_of
         sizes = np.array([[len(facet)] for facet in own.facets])
+        formed(sizes.max() <= CORNERS, f"a facet of a path has more than {CORNERS} corners")
         self.corner = corner = np.minimum(np.arange(sizes.max()), sizes - 1)  # the last one again where some have more
         facets = np.array([np.array(facet)[at] for facet, at in zip(own.facets, corner, strict=True)])
         self.facets, self.sides = facets, np.take_along_axis(facets, ((corner + 1) % sizes)[..., None], 1) - facets
@@ -81,7 +84,7 @@ class Array:
             start, back = (self.way[panel] for panel in self.hinges[k][:2])
             same = sum(a == b for a, b in zip(start, back, strict=False))  # ways from panel 0 part once
             self.loops.append([*start[same:], (k, 1), *((h, -sense) for h, sense in reversed(back[same:]))])
-        self.cells = max(1, 6 * len(self.loops) * len(self.hinges))
+        self.cells = 6 * max(1, len(self.loops)) * max(1, len(self.hinges))
         formed(self.cells <= MOST_CELLS, "the loops of a path have too many hinges")
 
     def lines_at(self, closed: list[int], loop: Any) -> list[Any]:
@@ -118,9 +121,11 @@ class Array:
                     rows += [row + first, row + 4 - first, row + 5] if apart else [row + first]
         table, count = [*np.hstack([screws[rows][:, moving], np.eye(len(rows), dtype=int) * Fraction(1)])], moving.sum()
         for column in range(count):
-            self.clock.check()
             for pivot in [own for own in table if own[column]][:1]:
-                table = [own - own[column] / pivot[column] * pivot for own in table if own is not pivot]
+                table, every = [], table
+                for own in every:
+                    self.clock.check()
+                    table += [] if own is pivot else [own - own[column] / pivot[column] * pivot]
         wrenches = np.array([own[count:] for own in table], float).reshape(len(table), len(rows))
         wrenches /= np.array([s, 1, 1, 1 / size, s / size, s / size])[np.array(rows, int) % 6]
         return rows, wrenches / np.linalg.norm(wrenches, axis=1, keepdims=True)
@@ -150,12 +155,7 @@ class Array:
 
     def closure(self, cubics: Reals, radii: Reals, order: int) -> tuple[Poly, Poly, Reals]:
         """Twists of T - 1 of loops, (6 n_loops, 1), derivatives, radii of columns, and bounds of T - 1, (count,)."""
-        angles, count, n, rows = (
-            sines(cubics, radii, order),
-            len(cubics),
-            len(self.hinges),
-            6 * len(self.loops),
-        )
+        angles, count, n, rows = sines(cubics, radii, order), len(cubics), len(self.hinges), 6 * len(self.loops)
         twists = Poly(np.zeros((count, TERMS, rows, 1)), np.zeros((count, TERMS)))
         slopes, off = Poly(np.zeros((count, TERMS, rows, n)), np.zeros((count, TERMS, n))), np.zeros(count)
         for row, loop in zip(range(0, rows, 6), self.loops, strict=True):
@@ -189,6 +189,7 @@ class Array:
 
     def tube_of(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any) -> Reals:
         """Return what `tube` does of some pieces, which are computed at once."""
+        self.clock.check()
         order, others = int(len(wrenches) > 0), np.linalg.svd(wrenches)[2][len(wrenches) :]
         rule = np.concatenate([others, wrenches])  # combines equations, with a norm of no more than `mixed`
         steps = 4 * len(self.hinges) + 12 * len(rows) + 60  # operations of a bound, each with what is rounded
@@ -284,7 +285,7 @@ class Array:
                 sums[level] -= [across(p, first), p[2]]
             need(level == 0 and not sums.any(), "hinges that turn by one angle open a loop")
         ended = [one ^ int(move) for one, move in zip(closed, moving, strict=True)]
-        at = pi * (np.array(closed) + np.linspace(0.0, 1.0, 17)[:, None] * np.subtract(ended, closed))
+        at = pi * (np.array(closed) + np.linspace(0.0, 1.0, EQUAL + 1)[:, None] * np.subtract(ended, closed))
         cubics = np.stack([0.5 * (at[1:] + at[:-1]), 0.5 * (at[1:] - at[:-1]), 0 * at[1:], 0 * at[1:]], -1)
         return cubics, np.full(cubics.shape[:2], 1e-14) * moving, ended
 
@@ -296,9 +297,7 @@ class Array:
         blunt = 1.0 + (before * normals).sum(2, keepdims=True)
         need(blunt.min() > 1e-6, "a corner of a facet is too sharp")
         inner = self.flat + margin * (before + normals) / blunt
-        self.error = (
-            1e-12 + 64 * EPS * margin / float(blunt.min()) ** 1.5
-        )  # of corners, and of what is computed of them
+        self.error = 1e-12 + 64 * EPS * margin / float(blunt.min()) ** 1.5  # of corners, and what is computed of them
         left = ((np.roll(inner, -1, 1) - inner) * sides).sum(2)[np.roll(self.corner, -1, 1) != self.corner].min() > 0
         need(left, "the margin leaves nothing of a panel")
         levels = ((z - self.middle[2]) / self.size + s * margin for z, s in ((0, 1), (self.height, -1)))
@@ -316,12 +315,11 @@ class Array:
         """Refuse pieces in which shrunk facets may overlap or hinges pass their stops; halve undecided pieces [8]."""
         middles = self.corners.mean(1, keepdims=True)
         wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None] + 1e-11
-        every, (one, two), size = (
-            np.ones((1, len(self.pairs)), bool),
-            self.pairs.T,
-            max(1, CELLS // (1 + len(self.pairs))),
-        )
-        parts = [slice(k, k + min(64, size)) for k in range(0, len(cubics), min(64, size))]
+        every, (one, two) = np.ones((1, len(self.pairs)), bool), self.pairs.T
+        size = max(1, min(64, CELLS // (1 + len(self.pairs))))
+        parts = [slice(k, k + size) for k in range(0, len(cubics), size)]
+        corners = self.corners.shape[1] // 2
+        batch = max(1, min(BATCH, HEIGHTS // ((corners + 3) ** 2 * 2 * corners)))
         waiting = [(cubics[k], radii[k], every, 0) for k in parts]
         while waiting:
             cubics, radii, pairs, depth = waiting.pop()
@@ -336,7 +334,7 @@ class Array:
             reach = np.linalg.norm(places[:, :, 1:], axis=3).sum(2) + (self.reach * turns.rad + shifts.rad).sum(2)
             left &= ~(np.linalg.norm(places[one, :, 0] - places[two, :, 0], axis=2) > reach[one] + reach[two] + wide).T
             number, pair = np.nonzero(left)
-            for k in (slice(start, start + BATCH) for start in range(0, len(number), BATCH)):
+            for k in (slice(start, start + batch) for start in range(0, len(number), batch)):
                 self.clock.check()
                 left[number[k], pair[k]] = ~self.separated(turns, shifts, number[k], self.pairs[pair[k]].T)
             keep = left.any(1) | ~(turned < 0.5 * pi + STOPS).all(1)
@@ -373,11 +371,14 @@ class Array:
 def check_path(claim: Any, clock: certificate_grammar.Clock) -> str:
     """Check that a path leads from packed to flat; return the proved fact as a sentence."""
     array, margin = Array(claim.get("array"), clock), certificate_grammar.fraction(claim.get("margin"), "margin")
-    parts = list[Any]()
+    parts, pieces, most = list[Any](), 0, ANGLES // max(1, len(array.hinges))
     closed, lead = array.packed, {"equal": array.led_by_equal_turns, "cubics": array.led_by_cubics}
     for stretch in entry(claim, "stretches", list):
         kind = entry(stretch, "kind", str)
         formed(kind in lead, "a stretch is of no known kind")
+        clock.check()
+        pieces += EQUAL if kind == "equal" else len(entry(stretch, "times", list))
+        formed(pieces <= most, f"a path of {len(array.hinges)} hinges has more than {most} pieces")
         *part, closed = lead[kind](stretch, closed)
         parts.append(part)
     need(parts and not any(closed), "the path does not end flat")
