@@ -32,11 +32,14 @@ from hcsearch.springs.flight.torque_margin import (
     kernel_margins,
 )
 
-CERTIFIED_SHARE = 0.97
+CERTIFIED_SHARE = 0.99
 """Share of the least margin at the states tried so far, from which on a bound is good enough."""
 MAX_MARGIN_INTERVALS, LEAST_TURN = 40_000, 16.0
 """Greatest number of intervals that are tried, and the turn of a hinge, over the wander, below which one with less than
 half of the bound asked for is not halved: else most of the time goes to the last thousandth, at the singular end."""
+DEPENDENT_TURN = 0.01
+"""Turn of a hinge (rad) below which an interval is not halved if equations of closure depend on each other at its
+middle: while hinges are at stops they do so in all of it, and elsewhere it is small."""
 GAP_STATES, NEAREST_GAP_SHARE = 12, 0.01
 """Number of states that are tried in each gap, in geometric progression towards its end, and the nearest to it."""
 
@@ -243,6 +246,7 @@ class _Bounding:
         bounds = np.c_[whole, each.min(axis=1)]
         low = (bounds < 0.5 * least.asked).any(axis=1)
         wide = widest > np.where(low, LEAST_TURN, 1.0) * self.wander
+        wide &= ~boxes.corrections.dependent | (widest > DEPENDENT_TURN)
         return bounds, np.where(low, 4, 2) * ((bounds < least.asked).any(axis=1) & wide)
 
 
@@ -303,11 +307,12 @@ class _Corrections(ByValue):
 
     opened : (k, n_loops, n_hinges), by how much rates of 1 open the loops elsewhere at most. firm : (k,), the least
     singular value of closure on hinges that may correct the rates, in all of the box; 0 or less where its equations may
-    depend on each other.
+    depend on each other. dependent : (k,), where they do at the middle.
     """
 
     opened: Reals
     firm: Reals
+    dependent: Flags
 
     @staticmethod
     def of(linkage: Linkage, jacobians: Reals, turns: Reals, free: Flags) -> _Corrections:
@@ -325,9 +330,10 @@ class _Corrections(ByValue):
             opened[:, number, hinges] = change * np.linalg.norm(screws[:, rows][:, :, hinges], axis=1)
             grown += ((opened[:, number] * free) ** 2).sum(axis=1)
         if not linkage.loops:
-            return _Corrections(opened, np.full(count, np.inf))
-        least = np.linalg.svd(screws * free[:, None, :], compute_uv=False)[:, linkage.n_rows - 1 : linkage.n_rows]
-        return _Corrections(opened, (least[:, 0] if least.shape[1] else np.zeros(count)) - np.sqrt(grown))
+            return _Corrections(opened, np.full(count, np.inf), np.zeros(count, bool))
+        values = np.linalg.svd(screws * free[:, None, :], compute_uv=False)
+        least = values[:, linkage.n_rows - 1] if values.shape[1] >= linkage.n_rows else np.zeros(count)
+        return _Corrections(opened, least - np.sqrt(grown), least < CLOSED_RATE_TOLERANCE)
 
     def of_rates(self, boxes: WholeNumbers, rates: Reals) -> Reals:
         """Return the distances for rates of some boxes, (k,); infinite where loops are not firm."""
