@@ -252,8 +252,15 @@ def test_commands_take_a_drawn_pattern_as_their_subject(tmp_path, capfd):
     assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
 
 
-def test_a_pattern_without_a_packed_state_is_only_checked(tmp_path, capfd):
+def test_a_pattern_without_a_packed_state_is_only_checked_and_followed_from_flat(tmp_path, capfd):
     path = written(tmp_path, strip([2.0, 2.0, 2.0, 2.0], "VVV"))
+    for start in (["--from", "flat"], ["--angles", "0.1,0.2,0.3"]):
+        followed = run_here(["motion", path, *start], capfd)
+        assert followed.returncode == 0
+        assert re.search(r"arc length 0[.][1-9]|arc length [1-9]", followed.stdout.splitlines()[-1])
+        assert f"{path}: no packed state is known: " in followed.stderr
+    for asked in ([], ["--from", "folded"], ["--from", "flat", "--until", "folded"]):
+        assert "no packed state is known" in run_here(["motion", path, *asked], capfd).stderr
     assert "degrees of freedom: 3 during the motion, - packed, 3 flat" in run_here(["check", path], capfd).stdout
     with pytest.raises(HcsearchError, match=f"no packed state is known: .*; see hcsearch check {re.escape(path)}"):
         resolve(path)
