@@ -164,7 +164,8 @@ def _listed_cells(grid: Grid, lines: dict[int, str]) -> list[Cell]:
     names, kinds = cell_form(grid)
     words = {number: re.sub("[][(),;]", " ", line).split() for number, line in lines.items()}
     first = next(iter(words))
-    heading = re.sub("unnamed: [0-9]", "index", " ".join(words[first]).lower()).replace('"', "").replace("'", "").split()
+    first_line = re.sub("unnamed: [0-9]", "index", " ".join(words[first]).lower())  # as pandas reads an index back
+    heading = [word.strip("\"'") for word in first_line.split()]
     order, before, indexed = heading[-len(names) :], heading[: -len(names)], False
     if sorted(order) == sorted(names) and len(before) < 2 and not {*before} & {*_COORDINATES}:
         indexed = bool(before) or lines[first][0] in ",; \t"

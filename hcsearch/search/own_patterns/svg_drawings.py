@@ -350,7 +350,8 @@ def _matrix(name: str, numbers: list[float]) -> Reals | None:
 def _unit(root: Xml.Element) -> tuple[float, str | None]:
     """Return the scale from numbers of a drawing to a unit of length, and this unit; None without a physical one."""
     width, height = (
-        re.fullmatch(rf"\s*({_NUMBER})\s*(mm|cm|in)\s*", root.get(name, "")[:_MAX_VALUE]) for name in ("width", "height")
+        re.fullmatch(rf"\s*({_NUMBER})\s*(mm|cm|in)\s*", root.get(name, "")[:_MAX_VALUE])
+        for name in ("width", "height")
     )
     box = [float(number) for number in re.findall(_NUMBER, root.get("viewBox", "")[:_MAX_VALUE])]
     if width is None or len(box) != 4 or not (float(width[1]) > 0.0 and min(box[2:]) > 0.0):
