@@ -21,10 +21,12 @@ from hcsearch.motion.collision.distances import cuts_through
 from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene_file import scene_file_text
+from hcsearch.search.own_patterns.drawn_linkages import pattern_of_drawing
 from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
-from hcsearch.search.own_patterns.packed_states import pack_drawing
+from hcsearch.search.own_patterns.packed_states import _PackingSearch, pack_drawing
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
+from hcsearch.system.work_steps import hearing_work
 from tests.commands import run_here
 
 
@@ -145,6 +147,17 @@ def test_an_accordion_deploys_and_a_roll_has_no_packed_state(tmp_path):
     roll = check(written(tmp_path, strip([2.0, 2.0, 2.0, 2.0], "VVV")))
     assert (roll.status, roll.dof, roll.deployment) == (None, 3, None)
     assert "share a layer" in roll.reasons[0]
+
+
+def test_many_panels_bound_the_search_for_a_packed_state_which_is_named():
+    squares = [[(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)] for x in range(12) for y in range(12)]
+    sides = {(k, m): "M" if m == k + 1 else "V" for k in range(144) for m in (k + 1, k + 12)}
+    drawing = parse_fold(json.dumps(drawing_of(squares, sides)))
+    search, heard = _PackingSearch(drawing, pattern_of_drawing(drawing, None)), []
+    assert len(list(search._flat_sets())) == 1 + 964
+    with hearing_work(lambda words, count: heard.append(words)):
+        search.packed()
+    assert heard == ["searching for a packed state"]
 
 
 def test_stated_fold_angles_say_which_hinges_stay_flat_or_partly_closed(tmp_path):
