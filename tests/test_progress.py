@@ -1,6 +1,7 @@
 """What commands say while they work: every one has a meter, and lines name the step, what is done and the time left."""
 
 import io
+import os
 import re
 import sys
 import threading
@@ -68,6 +69,18 @@ def test_a_command_without_counts_names_itself_and_its_step(monkeypatch):
     lines = lines_within(monkeypatch, work)
     assert set(lines) == {"hcsearch: 0 s, sheet, simulating the motion"}
     assert words_of_work() == ""
+
+
+def test_a_terminal_that_states_no_width_has_a_bar(monkeypatch):
+    main, side = pytest.importorskip("pty").openpty()  # 0 columns, as `script` has them in a job
+    os.set_blocking(main, False)
+    with os.fdopen(side, "w") as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        with progress.ProgressMeter("step") as meter:
+            meter(1, 3, "motion")
+            shown = os.read(main, 4096)
+    os.close(main)
+    assert b"/3" in shown
 
 
 def test_an_inner_meter_takes_the_lines_over_and_gives_them_back(monkeypatch):

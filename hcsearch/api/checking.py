@@ -11,7 +11,7 @@ from hcsearch.basics.vocabulary import Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.databases import Place
 from hcsearch.cases.names import design_named
-from hcsearch.cases.pattern_files import DrawnPattern, is_pattern_file, read_pattern_file
+from hcsearch.cases.pattern_files import DrawnPattern, is_pattern_file, read_pattern_file, refuse_other_file
 from hcsearch.cases.resolve import resolve, resolve_pattern, resolve_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, split_crease
@@ -93,6 +93,7 @@ def _of_name(what: str | Circuit | Folding, db: Place | None) -> tuple[Circuit, 
     if isinstance(what, Circuit):
         return what, None
     name = what.notation if isinstance(what, Folding) else what
+    refuse_other_file(name)
     if not name[:1].isdigit() and ":" not in name:
         raise HcsearchError(f"{name!r} is no circuit: name a file .fold, or a notation such as hex:0234435011")
     text, crease = split_crease(name)

@@ -45,7 +45,8 @@ def follow_motion(
     Parameters
     ----------
     what, scene, panel, flat_pairs, db
-        As in `deploy`. Panels may pass through each other.
+        As in `deploy`; a pattern without a packed state is followed from other states than `folded`. Panels may pass
+        through each other.
     start
         `folded`, `flat`, a table .csv of states with the columns of `LinkageMotion.table`, or the fold angles of a
         closed state, rad.
@@ -81,9 +82,10 @@ def follow_motion(
     check_kinds(follow_motion, locals())
     _check_positive("length", length)
     _check_positive("step", step)
-    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs)
-    linkage, labels = case.linkage, case.labels
     given = start if isinstance(start, str | Path) else np.array(start, float).ravel()
+    packed = "folded" in (until, *([str(start)] if isinstance(start, str | Path) else ()))
+    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, packed=packed)
+    linkage, labels = case.linkage, case.labels
     angles, words = resolve_start(linkage, labels, given, row=row, stops=stops)
     if progress is not None:
         progress(0, len(_STEPS), _STEPS[0])

@@ -13,7 +13,13 @@ from hcsearch.basics.errors import HcsearchError, OutputError
 from hcsearch.cases.case import NamedAssembly
 from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
 from hcsearch.cases.names import parameters_of
-from hcsearch.cases.pattern_files import DrawnDesign, DrawnPattern, is_pattern_file, read_pattern_file
+from hcsearch.cases.pattern_files import (
+    DrawnDesign,
+    DrawnPattern,
+    is_pattern_file,
+    read_pattern_file,
+    refuse_other_file,
+)
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, no_folding_reason, split_crease
 from hcsearch.designs.panel_sizes import PanelSize, default_panel
@@ -271,6 +277,7 @@ def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:
     if isinstance(design, Circuit):
         return design.notation, None
     name = design if isinstance(design, str) else design.notation
+    refuse_other_file(name)
     if not name[:1].isdigit() and ":" not in name:
         raise HcsearchError(
             f"{name!r} is no design: give an id, the notation of a circuit such as hex:0234550132, a file .toml, "

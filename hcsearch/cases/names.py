@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError
 from hcsearch.cases.databases import Place, reading_database
-from hcsearch.cases.pattern_files import is_pattern_file
+from hcsearch.cases.pattern_files import is_pattern_file, refuse_other_file
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.library.assemblies import ASSEMBLIES
@@ -38,6 +38,7 @@ def is_query(text: str) -> bool:
     A name is an id, a notation, an assembly or a file `.toml` or `.fold`. A query has an operator, a bracket or a
     space, or is the name of a column.
     """
+    refuse_other_file(text)
     if text in ASSEMBLIES or text.endswith(".toml") or is_pattern_file(text) or _NAME.fullmatch(text):
         return False
     if _CONDITION_MARK.search(text) or text in column_names("designs"):
@@ -72,6 +73,7 @@ def stored_circuit(database: store.Database, number: int, notation: str) -> Circ
 
 def refuse_unknown(name: str) -> None:
     """Refuse a name that is neither an id nor a notation."""
+    refuse_other_file(name)
     if not any(mark.isdigit() for mark in name) or not (name[0].isdigit() or ":" in name):
         raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list, or name DESIGN:CREASE")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hcsearch.basics.errors import HcsearchError, PatternError
+from hcsearch.basics.errors import HcsearchError, InputFileError, PatternError
 from hcsearch.system.terminal import write_notice
 
 if TYPE_CHECKING:
@@ -23,9 +23,28 @@ PATTERN_SUFFIXES = (*DRAWING_SUFFIXES, *MODEL_SUFFIXES)
 """Endings of files that hold a pattern."""
 
 
+_OTHER_FILES = {
+    (".dxf", ".dwg", ".eps", ".ai", ".pdf"): ("a drawing whose lines have no folds", "draw it as a crease pattern"),
+    (".stl", ".3mf", ".step", ".stp", ".glb", ".gltf", ".obj", ".ply"): (
+        "solids or meshes without hinges", "draw the flat crease pattern"
+    ),
+    (".orh", ".ori", ".orihimex"): ("a file of Orihime or Oriedita", "export it there"),
+    (".png", ".jpg", ".jpeg", ".webp", ".gif"): ("a picture", "draw it as a crease pattern"),
+    (".json", ".csv", ".parquet", ".txt"): ("a table or data", "name the design, or draw the crease pattern"),
+}  # fmt: skip
+"""What users may take for patterns: by endings, what it is, and how it becomes a pattern."""
+
+
 def is_pattern_file(name: str) -> bool:
     """Whether a name is that of a file that holds a pattern."""
     return name.lower().endswith(PATTERN_SUFFIXES)
+
+
+def refuse_other_file(name: str) -> None:
+    """Refuse the name of a file that holds no pattern by its ending: InputFileError with the way to a pattern."""
+    for suffixes, (what, remedy) in _OTHER_FILES.items():
+        if name.lower().endswith(suffixes):
+            raise InputFileError(f"{name} is no crease pattern but {what}: {remedy}, as .fold, .cp or a coloured .svg")
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,7 @@ def resolve(
     flat_pairs: Way | None = None,
     values: Mapping[str, Any] | None = None,
     path: bool = False,
+    packed: bool = True,
 ) -> Case:
     """Resolve a named subject and its scene to a case; a case is returned unchanged.
 
@@ -69,6 +70,8 @@ def resolve(
         Values of the scene, by the names of a scene file.
     path
         Whether a design stands for its first folding with a proved path if its best folding has none.
+    packed
+        Whether a drawn pattern must have a packed state; else a line on standard error says that it has none.
 
     Returns
     -------
@@ -82,7 +85,7 @@ def resolve(
     """
     if isinstance(what, Case):
         return what
-    arguments = _Arguments(scene, panel, flat_pairs, dict(values or {}), path)
+    arguments = _Arguments(scene, panel, flat_pairs, dict(values or {}), path, packed)
     if isinstance(what, Linkage):
         return _of_linkage(what, arguments, db)
     if isinstance(what, Circuit):
@@ -130,6 +133,7 @@ class _Arguments:
     flat_pairs: Way | None
     values: dict[str, Any]
     path: bool
+    packed: bool = True
 
     def changed(self, scene: Scene) -> Scene:
         """Return the scene with the requested values and joining of flat pairs."""
@@ -226,8 +230,10 @@ def _of_pattern_file(name: str, path: str, content: Mapping[str, Any], arguments
         raise SceneError(f"{name} has panel_mm = {panel!r}: write a text, such as panel_mm = '80x8'")
     drawn = read_pattern_file(path, panel)
     if isinstance(drawn, DrawnPattern):
-        if not drawn.packed.packed:
+        if not drawn.packed.packed and arguments.packed:
             raise PatternError(f"{path}: {drawn.packed.sentence}; see hcsearch check {path}")
+        if not drawn.packed.packed:
+            write_notice(f"{path}: {drawn.packed.sentence}")
         return _of_pattern(name, drawn, content, arguments, db)
     notation = only_drawn_folding(drawn)
     content = {key: value for key, value in content.items() if key != "panel_mm"}

@@ -5,6 +5,7 @@ A command without counts, and what a command does before and after it counts, ha
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import time
@@ -69,6 +70,15 @@ def _compilation_note() -> str:
     return f"compiling kernels, {done} done" if done else "compiling kernels"
 
 
+def _terminal_size() -> tuple[int, int]:
+    """Return columns and rows of the terminal; usual ones where it states 0, as those of `script` and of containers."""
+    try:
+        columns, rows = os.get_terminal_size(sys.stderr.fileno())
+    except (OSError, ValueError):  # a stream that only says that it is a terminal
+        columns, rows = 0, 0
+    return columns or 79, rows or 24
+
+
 class _Bar:
     """A bar on a terminal; before the first item is done, lines on what is compiled."""
 
@@ -95,7 +105,9 @@ class _Bar:
             self._counted = (total, unit)
             form = _SHARE_FORMAT if unit == SHARE else _COUNT_FORMAT if self._parts else None
             first = max(0, done - 1)
-            self._bar = tqdm(total=total, initial=first, unit=unit, leave=False, file=sys.stderr, bar_format=form)
+            looks: dict[str, Any] = {"unit": unit, "leave": False, "file": sys.stderr, "bar_format": form}
+            columns, rows = _terminal_size()
+            self._bar = tqdm(total=total, initial=first, ncols=columns, nrows=rows, **looks)
         # the count has not changed, so `update` would not show the new note
         self._bar.set_postfix_str(note, refresh=done == self._bar.n)
         self._bar.update(done - self._bar.n)

@@ -334,7 +334,7 @@ def _value(quantity: Quantity, text: str, sign: str, value: str) -> str | int | 
         integer = int(value)
     except ValueError:  # a fraction, or more digits than Python reads
         return float(value)
-    return integer if abs(integer) < 2**63 else float(integer)
+    return integer if abs(integer) < 2**63 else float(value)
 
 
 def sort_terms(view: str, sort: str) -> list[tuple[str, bool]]:

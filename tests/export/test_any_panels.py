@@ -21,10 +21,12 @@ from hcsearch.motion.collision.distances import cuts_through
 from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene_file import scene_file_text
+from hcsearch.search.own_patterns.drawn_linkages import pattern_of_drawing
 from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
-from hcsearch.search.own_patterns.packed_states import pack_drawing
+from hcsearch.search.own_patterns.packed_states import _PackingSearch, pack_drawing
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
+from hcsearch.system.work_steps import hearing_work
 from tests.commands import run_here
 
 
@@ -147,6 +149,17 @@ def test_an_accordion_deploys_and_a_roll_has_no_packed_state(tmp_path):
     assert "share a layer" in roll.reasons[0]
 
 
+def test_many_panels_bound_the_search_for_a_packed_state_which_is_named():
+    squares = [[(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)] for x in range(12) for y in range(12)]
+    sides = {(k, m): "M" if m == k + 1 else "V" for k in range(144) for m in (k + 1, k + 12)}
+    drawing = parse_fold(json.dumps(drawing_of(squares, sides)))
+    search, heard = _PackingSearch(drawing, pattern_of_drawing(drawing, None)), []
+    assert len(list(search._flat_sets())) == 1 + 964
+    with hearing_work(lambda words, count: heard.append(words)):
+        search.packed()
+    assert heard == ["searching for a packed state"]
+
+
 def test_stated_fold_angles_say_which_hinges_stay_flat_or_partly_closed(tmp_path):
     widths = [2.0, 1.5, 1.8]
     flat = packed_of(strip(widths, [("M", -180), ("V", 0)]))
@@ -252,8 +265,15 @@ def test_commands_take_a_drawn_pattern_as_their_subject(tmp_path, capfd):
     assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
 
 
-def test_a_pattern_without_a_packed_state_is_only_checked(tmp_path, capfd):
+def test_a_pattern_without_a_packed_state_is_only_checked_and_followed_from_flat(tmp_path, capfd):
     path = written(tmp_path, strip([2.0, 2.0, 2.0, 2.0], "VVV"))
+    for start in (["--from", "flat"], ["--angles", "0.1,0.2,0.3"]):
+        followed = run_here(["motion", path, *start], capfd)
+        assert followed.returncode == 0
+        assert re.search(r"arc length 0[.][1-9]|arc length [1-9]", followed.stdout.splitlines()[-1])
+        assert f"{path}: no packed state is known: " in followed.stderr
+    for asked in ([], ["--from", "folded"], ["--from", "flat", "--until", "folded"]):
+        assert "no packed state is known" in run_here(["motion", path, *asked], capfd).stderr
     assert "degrees of freedom: 3 during the motion, - packed, 3 flat" in run_here(["check", path], capfd).stdout
     with pytest.raises(HcsearchError, match=f"no packed state is known: .*; see hcsearch check {re.escape(path)}"):
         resolve(path)

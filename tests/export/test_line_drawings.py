@@ -190,6 +190,23 @@ def test_the_opacity_of_a_fold_is_its_angle(look, angle, tmp_path):
     assert (mountain.angle, valley.angle) == (-angle, 180.0)
 
 
+def test_the_opacity_of_a_group_holds_for_its_folds(tmp_path):
+    text = svg_of(STRIP).replace("<line", '<g opacity="0.5"><g style="opacity:50%"><line', 1)
+    drawing = read_svg(written(tmp_path, "a.svg", text.replace("</svg>", "</g></g></svg>")))
+    assert sorted(join.angle for join in drawing.joins.values()) == [-45.0, 45.0]
+
+
+def test_shapes_without_a_stroke_are_named(tmp_path, capfd):
+    text = svg_of(STRIP).replace("</svg>", '<rect width="9" height="9" fill="red"/></svg>')
+    result = run_here(["show", written(tmp_path, "a.svg", text)], capfd)
+    assert "a.svg: left out are rect without a stroke\n" in result.stderr
+
+
+def test_a_drawing_fits_into_both_sides_of_its_page(tmp_path):
+    path = written(tmp_path, "a.svg", svg_of(STRIP, 'width="90cm" height="6cm" viewBox="0 0 3 2"'))
+    assert show(path).facts()["longest_edge_mm"] == pytest.approx(60.0)
+
+
 def test_a_physical_width_of_an_svg_gives_the_size_of_panels(tmp_path):
     path = written(tmp_path, "a.svg", svg_of(STRIP, 'width="9cm" height="6cm" viewBox="0 0 3 2"'))
     assert show(path).facts()["longest_edge_mm"] == pytest.approx(60.0)
@@ -219,6 +236,9 @@ def test_a_physical_width_of_an_svg_gives_the_size_of_panels(tmp_path):
         ("a.svg", SVG.format("", '<line x2="1" stroke="red" transform="spin(3)"/>'), "has the transform 'spin'"),
         ("a.svg", SVG.format("", '<line x2="1" stroke="red" opacity="2"/>'), "opacity '2', which is not from 0 to 1"),
         ("a.svg", SVG.format("", "<style>g>a{stroke:red}</style>"), "selector 'g>a': write strokes as attributes"),
+        ("a.svg", SVG.format("", "<style>@media screen{.a{stroke:red}}</style>"), "the rule '@media screen': write"),
+        ("a.svg", svg_of(STRIP).replace("#0000ff", "rgba(0,0,255,.5)"), "the colour rgba.0,0,255,.5., which has no"),
+        ("a.svg", SVG.format("", '<svg x="5"><line x2="1" stroke="red"/></svg>'), "is a drawing within the drawing"),
     ],
 )
 def test_what_is_no_crease_pattern_is_refused_in_one_line(name, text, message, tmp_path, capfd):
@@ -226,6 +246,24 @@ def test_what_is_no_crease_pattern_is_refused_in_one_line(name, text, message, t
     assert (result.returncode, result.stdout, len(result.stderr.splitlines())) == (2, "", 1)
     with pytest.raises(InputFileError, match=message):
         read_pattern_file(str(tmp_path / name))
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("a.dxf", "a drawing whose lines have no folds: draw it as a crease pattern, as .fold, .cp or a coloured .svg"),
+        ("2 a.STL", "solids or meshes without hinges: draw the flat crease pattern, as .fold"),
+        ("c:a.orh", "a file of Orihime or Oriedita: export it there, as .fold, .cp"),
+        ("a.png", "a picture: draw it"),
+        ("a.csv", "a table or data: name the design"),
+    ],
+)
+@pytest.mark.parametrize("command", ["check", "show", "motion", "deploy", "export", "prove"])
+def test_files_of_other_kinds_are_refused_with_the_way_to_a_pattern(command, name, message, tmp_path, capfd):
+    output = ["--output", str(tmp_path / "b.json")] if command in ("export", "prove") else []
+    result = run_here([command, name, *output], capfd)
+    assert (result.returncode, result.stderr.count("\n")) == (2, 1)
+    assert f"{name} is no crease pattern but {message}" in result.stderr
 
 
 def test_a_sheet_for_a_laser_cutter_is_refused_with_the_remedy(tmp_path):

@@ -164,7 +164,8 @@ def _listed_cells(grid: Grid, lines: dict[int, str]) -> list[Cell]:
     names, kinds = cell_form(grid)
     words = {number: re.sub("[][(),;]", " ", line).split() for number, line in lines.items()}
     first = next(iter(words))
-    heading = [word.strip("\"'").lower() for word in words[first]]
+    first_line = re.sub("unnamed: [0-9]", "index", " ".join(words[first]).lower())  # as pandas reads an index back
+    heading = [word.strip("\"'") for word in first_line.split()]
     order, before, indexed = heading[-len(names) :], heading[: -len(names)], False
     if sorted(order) == sorted(names) and len(before) < 2 and not {*before} & {*_COORDINATES}:
         indexed = bool(before) or lines[first][0] in ",; \t"
@@ -187,8 +188,7 @@ def _listed_cells(grid: Grid, lines: dict[int, str]) -> list[Cell]:
         cell = tuple(dict(zip(order, cell, strict=True))[name] for name in names) if cell else ()
         if not is_cell(grid, cell):
             form = ",".join(order) + kinds.replace(",", " with", 1)
-            binary = _marks(lines[number].replace(",", "")) <= set("10")
-            drawing = ", or draw rows of 1 and 0 without blanks" if binary else ""
+            drawing = ", or draw rows of 1 and 0 without blanks" if len(row) > 1 and {*row} <= {0, 1} else ""
             raise ArrayError(f"line {number}: {lines[number].strip()!r} is no cell: write {form}{drawing}")
         cells.append(cell)
     return cells

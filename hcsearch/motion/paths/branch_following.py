@@ -75,7 +75,8 @@ def follow_branch(
     number = _most_direct(linkage, start, branches, until) if branch is None else _checked(branches, branch)
     if number is None:
         outcome: PathOutcome = "undecided" if branches.nullity < 0 else "rigid"
-        ending = PathEnding(outcome, f"no finite motion was found at the start: {branches.sentence}")
+        within = " within the stops" if any(one.status == "finite" for one in branches.branches) else ""
+        ending = PathEnding(outcome, f"no finite motion{within} was found at the start: {branches.sentence}")
         path = motion_path_of([local_at(linkage, start)], [0.0], ending, rejected=0, evaluations=1)
         return FollowedBranch(branches, None, path)
     limits = PathLimits(

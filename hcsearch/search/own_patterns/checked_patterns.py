@@ -21,6 +21,7 @@ from hcsearch.search.stages.order import FOLDING_STAGES
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import without_straight_corners
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
+from hcsearch.system.work_steps import work_step
 
 MAX_BRANCHING_DOF = 4
 """Greatest number of first-order motions of a flat state among which finite ones are searched for."""
@@ -180,6 +181,7 @@ def check_pattern(
     return replace(checked, motion=motion, deployment=simulate_deployment(linkage, setup))
 
 
+@work_step("computing the degrees of freedom")
 def pattern_mobility(name: str, packed: PackedPattern, scene: Scene) -> CheckedPattern:
     """Return the degrees of freedom and the locks of a drawn pattern, without the later stages."""
     linkage = Linkage(packed.pattern)

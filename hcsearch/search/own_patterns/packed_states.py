@@ -36,9 +36,12 @@ from hcsearch.search.own_patterns.recognition import on_grid, panel_named
 from hcsearch.shape.linkage import Linkage, hinge_tree
 from hcsearch.shape.pattern import Crease, PanelFace, Pattern
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
+from hcsearch.system.work_steps import work_step
 
 MAX_FLAT_SETS = 2_000
 """Greatest number of sets of hinges that are tried as those that stay flat."""
+MAX_SET_PAIRS = 2e7
+"""Limit of these sets times the square of the panels, since the time for a set grows with their pairs."""
 CLOSED_PLACE_SHARE = 1e-12
 """Places of panels that coincide, as a share of the pattern's size: rounding is a hundred times less."""
 MAX_DRAWN_OPENING = 0.02
@@ -208,6 +211,7 @@ class _PackingSearch:
         self.limit = SAME_DRAWN_POINT_SHARE * pattern.size
         self.fault = ""
 
+    @work_step("searching for a packed state")
     def packed(self) -> Pattern | None:
         """Return the pattern in its packed state; None where none is found."""
         first_fault = ""
@@ -226,7 +230,7 @@ class _PackingSearch:
             return
         looped = self.linkage.looped.tolist()
         sets = (set(some) for size in range(1, len(looped)) for some in combinations(looped, size))
-        yield from islice(sets, MAX_FLAT_SETS)
+        yield from islice(sets, min(MAX_FLAT_SETS, int(MAX_SET_PAIRS / len(self.pattern.panels) ** 2)))
 
     def _packed_with(self, flat: set[int]) -> Pattern | None:
         """Return the pattern packed with some hinges flat; None, and the fault, where that is no state."""

@@ -101,9 +101,9 @@ class _Reader:
 
     def read(self, root: Xml.Element) -> None:
         """Read the lines of all elements below one."""
-        waiting: list[tuple[Xml.Element, Reals, dict[str, str]]] = [(root, np.eye(3), {})]
+        waiting: list[tuple[Xml.Element, Reals, dict[str, str], float]] = [(root, np.eye(3), {}, 1.0)]
         while waiting:
-            element, motion, inherited = waiting.pop()
+            element, motion, inherited, opacity = waiting.pop()
             tag = _tag(element)
             if tag in _UNDRAWN:
                 continue
@@ -112,17 +112,24 @@ class _Reader:
                 continue
             if "transform" in style:
                 raise self.wrong(element, "is moved by a style: write its transform as an attribute")
+            if tag == "svg" and element is not root and {"x", "y", "viewBox"} & set(element.attrib):
+                raise self.wrong(element, "is a drawing within the drawing")
             motion = motion @ self._transform(element)
             if tag in _NO_LINES:
                 self.elements[tag] = None
-            self._add(element, motion, style)
+            self._add(element, motion, style, opacity)
             passed = {name: style[name] for name in _INHERITED if name in style}
-            waiting += [(child, motion, passed) for child in reversed(element)]
+            if len(element):  # that of a group holds for all of it
+                opacity *= self._share(element, style, "opacity")
+            waiting += [(child, motion, passed, opacity) for child in reversed(element)]
 
-    def _add(self, element: Xml.Element, motion: Reals, style: Mapping[str, str]) -> None:
-        """Add the lines of an element of a known colour."""
+    def _add(self, element: Xml.Element, motion: Reals, style: Mapping[str, str], opacity: float) -> None:
+        """Add the lines of an element of a known colour; opacity : of the groups around it."""
         stroke = re.sub(r"\s", "", style.get("stroke", "none")).lower()
-        if _tag(element) not in _SHAPES or stroke in ("none", "transparent", ""):
+        if _tag(element) not in _SHAPES:
+            return
+        if stroke in ("none", "transparent", ""):
+            self.elements[f"{_tag(element)} without a stroke"] = None
             return
         letter = _letter(stroke)
         if letter is None:
@@ -136,7 +143,7 @@ class _Reader:
             return
         angle = None
         if letter in "MV":
-            share = self._share(element, style, "opacity") * self._share(element, style, "stroke-opacity")
+            share = opacity * self._share(element, style, "opacity") * self._share(element, style, "stroke-opacity")
             angle = 180.0 * share * (1.0 if letter == "V" else -1.0)
         for points in _SHAPES[_tag(element)](self, element):
             moved = [motion @ (x, y, 1.0) for x, y in points]
@@ -269,7 +276,7 @@ def _letter(colour: str) -> str | None:
     if match := re.fullmatch("#([0-9a-f]{3}|[0-9a-f]{6})", colour):
         step = len(match[1]) // 3
         channels = [int(match[1][k : k + step] * (3 - step), 16) for k in range(0, 3 * step, step)]
-    elif match := re.fullmatch("rgba?[(]([0-9]{1,3}),([0-9]{1,3}),([0-9]{1,3})(?:,[0-9.]+)?[)]", colour):
+    elif match := re.fullmatch("rgba?[(]([0-9]{1,3}),([0-9]{1,3}),([0-9]{1,3})(?:,1(?:[.]0*)?)?[)]", colour):
         channels = [int(channel) for channel in match.groups()]
     if not channels or max(channels) > 255:
         return None
@@ -302,6 +309,10 @@ def _style_rules(root: Xml.Element, path: str) -> list[tuple[str, dict[str, str]
         first, *commented = "".join(sheet.itertext()).split("/*")
         text = first + "".join(comment.partition("*/")[2] for comment in commented)
         for selectors, _, body in (rule.partition("{") for rule in text.split("}")):
+            if "{" in body:
+                raise InputFileError(
+                    f"{path} has a style sheet with the rule {selectors.strip()!r:.40}: write strokes as attributes"
+                )
             declared = _declarations(body)
             for selector in map(str.strip, selectors.split(",")):
                 if re.fullmatch(r"[\w*-]+|[\w*-]*[.#][\w-]+", selector):
@@ -338,8 +349,14 @@ def _matrix(name: str, numbers: list[float]) -> Reals | None:
 
 def _unit(root: Xml.Element) -> tuple[float, str | None]:
     """Return the scale from numbers of a drawing to a unit of length, and this unit; None without a physical one."""
-    width = re.fullmatch(rf"\s*({_NUMBER})\s*(mm|cm|in)\s*", root.get("width", "")[:_MAX_VALUE])
-    box = re.findall(_NUMBER, root.get("viewBox", "")[:_MAX_VALUE])
-    if width is None or len(box) != 4 or not (float(width[1]) > 0.0 and float(box[2]) > 0.0):
+    width, height = (
+        re.fullmatch(rf"\s*({_NUMBER})\s*(mm|cm|in)\s*", root.get(name, "")[:_MAX_VALUE])
+        for name in ("width", "height")
+    )
+    box = [float(number) for number in re.findall(_NUMBER, root.get("viewBox", "")[:_MAX_VALUE])]
+    if width is None or len(box) != 4 or not (float(width[1]) > 0.0 and min(box[2:]) > 0.0):
         return 1.0, None
-    return float(width[1]) / float(box[2]), width[2]
+    scale = float(width[1]) / box[2]
+    if height is not None and height[2] == width[2] and float(height[1]) > 0.0:  # the drawing fits into both
+        scale = min(scale, float(height[1]) / box[3])
+    return scale, width[2]
