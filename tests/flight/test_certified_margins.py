@@ -98,7 +98,7 @@ def test_corrections_bound_the_distance_to_closed_rates():
     for widest in (1e-2, 1e-3, 1e-4):
         turns = widest * rng.uniform(0.0, 1.0, linkage.n_hinges)
         free = np.ones((1, linkage.n_hinges), bool)
-        corrections = certified_margins._Corrections.of(linkage, jacobian[None], turns[None], free)
+        corrections = certified_margins._Corrections.of(linkage, jacobian[None], turns[None], free, free)
         off = corrections.of_rates(np.array([0]), rates[None])[0]
         for _ in range(200):
             near = linkage.closure(state + turns * rng.choice([-1.0, 1.0], linkage.n_hinges))[1]
@@ -112,7 +112,7 @@ def test_corrections_are_unbounded_where_equations_depend_on_each_other():
     linkage = planned(NAMES[0]).linkage
     jacobian = linkage.closure(linkage.flat)[1][None]
     some = np.full((1, linkage.n_hinges), 1e-9)
-    corrections = certified_margins._Corrections.of(linkage, jacobian, some, some > 0.0)
+    corrections = certified_margins._Corrections.of(linkage, jacobian, some, some > 0.0, some > 0.0)
     assert corrections.of_rates(np.array([0]), 0 * some + 1.0)[0] > 1.0
 
 

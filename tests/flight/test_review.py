@@ -179,7 +179,7 @@ def test_a_harness_may_count_more_than_friction():
     motorisation = replace(ECSS.motorisation, harness=6.0)
     own = reviewed(BUILT, replace(ECSS, motorisation=motorisation))
     # at flat each hinge has its preload against its friction and twice its harness
-    assert row(own, "torque of springs over resistance").figure == pytest.approx(0.02 / 0.004)
+    assert 0.98 * 0.02 / 0.004 < row(own, "torque of springs over resistance").figure <= 0.02 / 0.004 * (1.0 + 1e-9)
 
 
 def test_own_rules_on_frequency_and_flatness_are_judged():
@@ -231,7 +231,7 @@ def test_the_margin_is_drawn_along_the_whole_travel(sheet):
     places, margins = np.array(sheet.margins).T
     assert (places[0], places[-1]) == (0.0, 1.0)
     assert (np.diff(places) > 0.0).all()
-    assert margins.min() == sheet.numbers.torque_margin
+    assert 0.98 * margins.min() < sheet.numbers.torque_margin < margins.min()  # at states, and bounded between them
 
 
 @pytest.mark.parametrize("style", SHEET_STYLES)

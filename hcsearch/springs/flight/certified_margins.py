@@ -274,9 +274,10 @@ class _Boxes(ByValue):
         closed = closed_rates(np.array([path.linkage.closure(state)[1] for state in middles]))
         allowed = near_packed.astype(np.int8) - near_flat.astype(np.int8)
         usable = ~np.any(near_flat & near_packed, axis=1)
-        corrections = _Corrections.of(path.linkage, closed.jacobians, turns, allowed == 0)
+        senses = allowed_senses(middles)
+        corrections = _Corrections.of(path.linkage, closed.jacobians, turns, allowed == 0, senses == 0)
         torques, changes = path.torques_at(middles), path.slopes * turns
-        return _Boxes(path, closed, corrections, allowed_senses(middles), allowed, torques, changes, usable)
+        return _Boxes(path, closed, corrections, senses, allowed, torques, changes, usable)
 
     def best(self, boxes: WholeNumbers, torques: Reals) -> tuple[Reals, Reals]:
         """Return upper bounds of the margins at the middles of some boxes, and the best rates in all of each."""
@@ -307,7 +308,7 @@ class _Corrections(ByValue):
 
     opened : (k, n_loops, n_hinges), by how much rates of 1 open the loops elsewhere at most. firm : (k,), the least
     singular value of closure on hinges that may correct the rates, in all of the box; 0 or less where its equations may
-    depend on each other. dependent : (k,), where they do at the middle.
+    depend on each other. dependent : (k,), where they do at the middle, on the hinges between their stops.
     """
 
     opened: Reals
@@ -315,8 +316,11 @@ class _Corrections(ByValue):
     dependent: Flags
 
     @staticmethod
-    def of(linkage: Linkage, jacobians: Reals, turns: Reals, free: Flags) -> _Corrections:
-        """Return those of boxes by their middles; turns : (k, n_hinges). free : hinges whose rates may be corrected."""
+    def of(linkage: Linkage, jacobians: Reals, turns: Reals, free: Flags, between: Flags) -> _Corrections:
+        """Return those of boxes by their middles; turns : (k, n_hinges).
+
+        free : (k, n_hinges), hinges whose rates may be corrected; between : those between their stops at the middle.
+        """
         screws, (count, _, n) = jacobians.copy(), jacobians.shape
         opened, grown = np.zeros((count, len(linkage.loops), n)), np.zeros(count)
         moments = np.zeros((count, n))
@@ -331,15 +335,24 @@ class _Corrections(ByValue):
             grown += ((opened[:, number] * free) ** 2).sum(axis=1)
         if not linkage.loops:
             return _Corrections(opened, np.full(count, np.inf), np.zeros(count, bool))
-        values = np.linalg.svd(screws * free[:, None, :], compute_uv=False)
-        least = values[:, linkage.n_rows - 1] if values.shape[1] >= linkage.n_rows else np.zeros(count)
-        return _Corrections(opened, least - np.sqrt(grown), least < CLOSED_RATE_TOLERANCE)
+        least = _least_values(screws, free)
+        dependent = least < CLOSED_RATE_TOLERANCE
+        dependent[dependent] = _least_values(screws[dependent], between[dependent]) < CLOSED_RATE_TOLERANCE
+        return _Corrections(opened, least - np.sqrt(grown), dependent)
 
     def of_rates(self, boxes: WholeNumbers, rates: Reals) -> Reals:
         """Return the distances for rates of some boxes, (k,); infinite where loops are not firm."""
         opened = np.linalg.norm((self.opened[boxes] @ np.abs(rates)[:, :, None])[:, :, 0], axis=1)
         firm = self.firm[boxes]
         return np.where(firm > 0.0, opened / np.where(firm > 0.0, firm, 1.0), np.inf)
+
+
+def _least_values(screws: Reals, chosen: Flags) -> Reals:
+    """Return the least singular values of closure on chosen hinges, (k,); 0 where there are fewer than equations."""
+    count, height, _ = screws.shape
+    values = np.linalg.svd(screws * chosen[:, None, :], compute_uv=False)
+    least: Reals = values[:, height - 1] if values.shape[1] >= height else np.zeros(count)
+    return least
 
 
 def _boxes_of(polynomials: Reals, intervals: _Intervals) -> tuple[Reals, Reals]:
