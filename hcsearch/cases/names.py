@@ -38,11 +38,11 @@ def is_query(text: str) -> bool:
     A name is an id, a notation, an assembly or a file `.toml` or `.fold`. A query has an operator, a bracket or a
     space, or is the name of a column.
     """
-    refuse_other_file(text)
     if text in ASSEMBLIES or text.endswith(".toml") or is_pattern_file(text) or _NAME.fullmatch(text):
         return False
     if _CONDITION_MARK.search(text) or text in column_names("designs"):
         return True
+    refuse_other_file(text)
     raise HcsearchError(
         f"there is no assembly {text!r}, and it is no query: name DESIGN:CREASE, an assembly that `hcsearch assembly "
         "list` prints or a file .toml or .fold, or write conditions as in 'n=12 untwisted'"

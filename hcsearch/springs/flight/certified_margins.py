@@ -349,9 +349,10 @@ class _Corrections(ByValue):
 
 def _least_values(screws: Reals, chosen: Flags) -> Reals:
     """Return the least singular values of closure on chosen hinges, (k,); 0 where there are fewer than equations."""
-    count, height, _ = screws.shape
     values = np.linalg.svd(screws * chosen[:, None, :], compute_uv=False)
-    least: Reals = values[:, height - 1] if values.shape[1] >= height else np.zeros(count)
+    height, least = screws.shape[1], np.zeros(len(screws))
+    if values.shape[1] >= height:
+        least[:] = values[:, height - 1]
     return least
 
 
