@@ -40,8 +40,9 @@ half of the bound asked for is not halved: else most of the time goes to the las
 DEPENDENT_TURN = 0.01
 """Turn of a hinge (rad) below which an interval is not halved if equations of closure depend on each other at its
 middle: while hinges are at stops they do so in all of it, and elsewhere it is small."""
-GAP_STATES, NEAREST_GAP_SHARE = 12, 0.01
-"""Number of states that are tried in each gap, in geometric progression towards its end, and the nearest to it."""
+GAP_STATES, NEAREST_GAP_SHARE, COURSE_STATES = 12, 0.01, 1000
+"""Number of states that are tried in each gap, in geometric progression towards its end, and the nearest to it; and
+number in a gap that is all of the motion, at equal times, fewer in others."""
 
 LAW_RANGE_EXCESS = 0.01
 """How far beyond the stops slopes of laws are bounded (rad): paths are proved to pass them by less."""
@@ -181,12 +182,11 @@ def certified_margin(
 
 
 def gap_times(course: Course, gaps: Sequence[tuple[float, float]]) -> Reals:
-    """Return times at which the margins in gaps are sampled; those at an end of the course crowd towards it."""
+    """Return times at which the margins in gaps are sampled: equal ones, and some that crowd towards an end."""
     shares = np.geomspace(NEAREST_GAP_SHARE, 1.0, GAP_STATES)
-    return np.concatenate(
-        [end - (end - start) * (1.0 - shares if start == course.times[0] else shares) for start, end in gaps]
-        or [np.empty(0)]
-    )
+    crowded = [end - (end - start) * (1.0 - shares if start == course.times[0] else shares) for start, end in gaps]
+    every = np.linspace(course.times[0], course.times[-1], COURSE_STATES + 2)[1:-1]
+    return np.concatenate([*crowded, *(every[(every > start) & (every < end)] for start, end in gaps), np.empty(0)])
 
 
 def _joined(rows: Reals) -> list[Reals]:

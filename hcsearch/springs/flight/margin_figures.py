@@ -1,8 +1,9 @@
 """The least torque margins of a travel as figures, each with how it is known.
 
 Along a proved path a figure is a lower bound at all closed states beside it, and along a simulated deployment at those
-beside its course between the steps. Gaps have no bound: at singular states, and where so many hinges are at stops that
-the others do not close the loops. There margins of states are taken.
+beside its course between the steps. Gaps have no bound: at singular states, all along a motion of loops that close for
+more than their number of equations tells, and where so many hinges are at stops that the others do not close the loops.
+There margins of states are taken.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ from hcsearch.springs.flight.torque_margin import allowed_senses, closed_rates, 
 from hcsearch.springs.flight.travel import Travel, states_at
 
 MIN_PROVED_SHARE = 0.99
-"""Share of the turn of a motion in which margins must be bounded for a figure that is not only sampled."""
+"""Share of the turn of a path in which margins must be bounded for a figure that counts as proved."""
 FigureKind = Literal["proved", "sampled", "simulated"]
-"""How a figure is known: at all states of a proved path; at some states of a motion; at all of a simulated motion."""
+"""How a figure is known: for all states beside a proved path; at some states of a path; or along a simulated motion."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,11 @@ class MarginFigure:
     at: float
     time: float | None = None
     unbounded: float = 0.0
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether the margin is bounded in nearly all of the motion."""
+        return self.unbounded <= 1.0 - MIN_PROVED_SHARE
 
 
 class MarginFigures(NamedTuple):
@@ -88,7 +94,7 @@ def margin_figures(travel: Travel, friction: Reals, margins: PathMargins) -> Mar
 def _at_states(travel: Travel, margins: Reals, known: Flags, state: int, hinge: int) -> MarginFigure:
     """Return the figure of the least margin at the states of a travel."""
     least = float(margins[state])
-    kind: FigureKind = "sampled" if least > 0.0 else "proved" if travel.source == "path" else "simulated"
+    kind: FigureKind = "simulated" if travel.source == "deployment" else "proved" if least == 0.0 else "sampled"
     return MarginFigure(least if known[state] else None, least, kind, hinge, float(travel.shares[state]))
 
 
@@ -107,7 +113,7 @@ def _bounded(
     turns = accumulated_turn(course.angles)
     shares = np.interp(times, course.times, turns) / turns[-1]
     is_bounded = found.certified >= MIN_PROVED_SHARE
-    kind: FigureKind = "sampled" if not is_bounded else "proved" if travel.source == "path" else "simulated"
+    kind: FigureKind = "simulated" if travel.source == "deployment" else "proved" if is_bounded else "sampled"
     figures = []
     for before, bound, margins, known, hinges in (
         (sampled.whole, found.bound, whole.margins, whole.known, whole.hinges),
@@ -119,6 +125,6 @@ def _bounded(
             least, hinge, at = float(margins[state]), int(hinges[state]), float(shares[state])
             time = float(times[state])
         is_known = before.value is not None and bool(known[state])
-        value = min(bound, least) if is_bounded else least
+        value = min(bound, least) if is_bounded or (bound and kind == "simulated") else least
         figures.append(MarginFigure(value if is_known else None, least, kind, hinge, at, time, 1.0 - found.certified))
     return MarginFigures(*figures)

@@ -129,7 +129,7 @@ class _Review:
             required,
             note=", ".join(filter(None, notes)),
             kind=margin.kind,
-            side="exact" if margin.kind == "sampled" or margin.value == margin.least else "from below",
+            side="from below" if margin.is_bounded and margin.value != margin.least else "exact",
             other=margin.least,
         )
 
