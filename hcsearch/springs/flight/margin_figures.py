@@ -125,6 +125,6 @@ def _bounded(
             least, hinge, at = float(margins[state]), int(hinges[state]), float(shares[state])
             time = float(times[state])
         is_known = before.value is not None and bool(known[state])
-        value = min(bound, least) if is_bounded or (bound and kind == "simulated") else least
+        value = min(bound, least) if is_bounded else least
         figures.append(MarginFigure(value if is_known else None, least, kind, hinge, at, time, 1.0 - found.certified))
     return MarginFigures(*figures)
