@@ -85,7 +85,8 @@ def springs_that_pass(
     for turn in range(MAX_STATES_ADDED + len(RAISES)):
         rule = _spring_rule(travel, rules, measured=measured)
         asked = replace(rule, required=raised * rule.required)
-        setup, preloads, bound = _of_offers(travel, asked, laws) if offers else _with_preloads(travel, asked)
+        first = lower_bound is None
+        setup, preloads, bound = _of_offers(travel, asked, laws) if offers else _with_preloads(travel, asked, first)
         lower_bound = bound if lower_bound is None else lower_bound  # of the rule itself
         found = least_margins(travel.with_values(setup), rule.friction)
         judged = found if rule.redundant else found[:1]
@@ -145,10 +146,12 @@ def _groups(travel: Travel) -> WholeNumbers:
     return groups
 
 
-def _with_preloads(travel: Travel, rule: SpringRule) -> tuple[Setup, Reals, float]:
-    """Add least preloads to the springs of the scene; return them, and a lower bound of their sum."""
+def _with_preloads(travel: Travel, rule: SpringRule, bounded: bool) -> tuple[Setup, Reals, float]:
+    """Add least preloads to the springs of the scene; return them, and a bound of their sum, 0 if unasked."""
     torques = law_torques(travel.setup.laws, travel.states)
-    design = least_preloads(rule, torques, GREATEST_PRELOAD_FACTOR * rule.required * float(rule.friction.max()))
+    design = least_preloads(
+        rule, torques, GREATEST_PRELOAD_FACTOR * rule.required * float(rule.friction.max()), bounded=bounded
+    )
     preloads = _rounded_up(design.preloads)
     laws = tuple(preloaded_law(law, float(preload)) for law, preload in zip(travel.setup.laws, preloads, strict=True))
     return replace(travel.setup, laws=laws), preloads, design.lower_bound

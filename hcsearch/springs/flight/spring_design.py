@@ -126,10 +126,11 @@ class CatalogueDesign(ByValue):
     rates: Reals
 
 
-def least_preloads(rule: SpringRule, torques: Reals, greatest: float) -> PreloadDesign:
+def least_preloads(rule: SpringRule, torques: Reals, greatest: float, *, bounded: bool = True) -> PreloadDesign:
     """Find least preloads with which the springs of a path satisfy a rule.
 
-    torques : of the springs without preloads, (k, n_hinges), N m. greatest : of a preload, N m.
+    torques : of the springs without preloads, (k, n_hinges), N m. greatest : of a preload, N m. bounded : whether the
+    lower bound is computed, which takes longest; else it is 0.
     The preloads pass, and are the least for the rates of the last round; `lower_bound` says how near they are to the
     least of all. Of a guided array the rates are those of the path, and the preloads are the least.
     HcsearchError where no preloads up to the greatest were found to pass.
@@ -148,10 +149,11 @@ def least_preloads(rule: SpringRule, torques: Reals, greatest: float) -> Preload
     at_hinges = found.amounts @ rule.members
     ratios = rule.ratios(torques + at_hinges, found.rates)
     total = float(at_hinges.sum())
-    if rule.guided:  # the rates are given, so that the linear program is all
+    lower_bound = 0.0
+    if bounded and rule.guided:  # the rates are given, so that the linear program is all
         exactly = program.least_for(found.rates, rule.required)
         lower_bound = 0.0 if exactly is None else float(program.costs @ exactly)
-    else:
+    elif bounded:
         lower_bound = _least_total(rule, torques, ratios)
     return PreloadDesign(at_hinges, total, lower_bound, float(ratios.min()), found.rates)
 
