@@ -29,6 +29,7 @@ def is_id(name: str) -> bool:
 
 
 _NAME = re.compile(r"[0-9]+(:[0-9]+)?|[a-z0-9]+:[^\s=<>]*")
+_OPERATOR = re.compile(r"[=<>]")
 _CONDITION_MARK = re.compile(r"[\s=<>()]")
 
 
@@ -38,11 +39,12 @@ def is_query(text: str) -> bool:
     A name is an id, a notation, an assembly or a file `.toml` or `.fold`. A query has an operator, a bracket or a
     space, or is the name of a column.
     """
+    if not _OPERATOR.search(text):  # a query may name a file of cells
+        refuse_other_file(text)
     if text in ASSEMBLIES or text.endswith(".toml") or is_pattern_file(text) or _NAME.fullmatch(text):
         return False
     if _CONDITION_MARK.search(text) or text in column_names("designs"):
         return True
-    refuse_other_file(text)
     raise HcsearchError(
         f"there is no assembly {text!r}, and it is no query: name DESIGN:CREASE, an assembly that `hcsearch assembly "
         "list` prints or a file .toml or .fold, or write conditions as in 'n=12 untwisted'"

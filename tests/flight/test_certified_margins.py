@@ -86,46 +86,19 @@ def test_enough_leaves_bounds_that_are_good_enough():
     assert found.failed <= whole.least_failed
 
 
-def test_corrections_bound_the_distance_to_closed_rates():
-    """At random states near by, closed to no order: the statement is about Jacobians."""
-    sample, rng = planned(NAMES[0]), np.random.default_rng(2)
-    linkage = sample.linkage
-    state = along(sample, np.array([0.5 * sample.proof.motion.times[-1]]))[0]
-    jacobian = linkage.closure(state)[1]
-    basis = closed_rates(jacobian[None]).bases(np.array([0]), len(jacobian))[0]
-    rates = basis @ rng.normal(size=basis.shape[1])
-    seen = []
-    for widest in (1e-2, 1e-3, 1e-4):
-        turns = widest * rng.uniform(0.0, 1.0, linkage.n_hinges)
-        free = np.ones((1, linkage.n_hinges), bool)
-        corrections = certified_margins._Corrections.of(linkage, jacobian[None], turns[None], free, free)
-        off = corrections.of_rates(np.array([0]), rates[None])[0]
-        for _ in range(200):
-            near = linkage.closure(state + turns * rng.choice([-1.0, 1.0], linkage.n_hinges))[1]
-            distance = np.linalg.norm(np.linalg.pinv(near) @ (near @ rates))
-            assert distance <= off
-            seen.append(distance / off)
-    assert max(seen) > 0.02
-
-
-def test_corrections_are_unbounded_where_equations_depend_on_each_other():
-    linkage = planned(NAMES[0]).linkage
-    jacobian = linkage.closure(linkage.flat)[1][None]
-    some = np.full((1, linkage.n_hinges), 1e-9)
-    corrections = certified_margins._Corrections.of(linkage, jacobian, some, some > 0.0, some > 0.0)
-    assert corrections.of_rates(np.array([0]), 0 * some + 1.0)[0] > 1.0
-
-
 def test_boxes_hold_the_polynomials():
     polynomials = np.random.default_rng(4).normal(size=(5, 3, COURSE_TERM_COUNT))
     intervals = certified_margins._Intervals(
         np.array([0, 3, 4]), np.array([0.0, 0.25, 0.5]), np.array([1.0, 0.5, 0.75])
     )
-    middles, turns = certified_margins._boxes_of(polynomials, intervals)
+    boxes = certified_margins._boxes_of(polynomials, intervals, 0.1)
+    u, powers = np.linspace(-1.0, 1.0, 50), np.arange(COURSE_TERM_COUNT)
     for k, (step, start, end) in enumerate(zip(intervals.steps, intervals.starts, intervals.ends, strict=True)):
-        values = polynomials[step] @ np.linspace(start, end, 50) ** np.arange(COURSE_TERM_COUNT)[:, None]
-        assert middles[k] == pytest.approx(polynomials[step] @ (0.5 * (start + end)) ** np.arange(COURSE_TERM_COUNT))
-        assert (np.abs(values - middles[k][:, None]).max(axis=1) <= turns[k] * (1.0 + 1e-12)).all()
+        shares = 0.5 * (start + end) + 0.5 * (end - start) * u
+        values = polynomials[step] @ shares ** powers[:, None]
+        left = np.abs(values - boxes.middles[k][:, None] - np.outer(boxes.drifts[k], u)).max(axis=1)
+        assert (left <= boxes.rests[k] - 0.1 + 1e-12).all()
+        assert boxes.middles[k] == pytest.approx(polynomials[step] @ (0.5 * (start + end)) ** powers)
 
 
 def test_without_preload_bounds_fall_to_0_towards_the_flat_end():

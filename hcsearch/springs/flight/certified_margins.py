@@ -1,9 +1,9 @@
 """Lower bounds of torque margins at all closed states beside a proved path, between its states too.
 
-Around a closed state the screws of hinges turn by no more than the hinges do. So the best rates there, corrected by as
-much as loops then open, are closed rates at all states near by, and their ratio bounds the margin from below, also with
-a spring failed (docs/explanation/flight_margins.md, 5). Intervals of the path are halved until that bound is near the
-least margin. Near singular states corrections are not bounded: these parts of a path stay without a bound, as gaps.
+The best rates at the middle of an interval, corrected, are closed rates at all its states, and their ratio bounds the
+margin from below, also with a spring failed (docs/explanation/flight_margins.md, 5). Intervals of the path are halved
+until that bound is near the least margin. Near singular states corrections are not bounded: these parts of a path stay
+without a bound, as gaps.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from hcsearch.basics.array_values import ByValue, Flags, Reals, Signs, WholeNumb
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.linkage.courses import course_polynomials
-from hcsearch.kernels.planning.series import centre_screws
 from hcsearch.motion.collision.panel_reaches import longest_way
 from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.scenes.laws import Law
 from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.flight.near_closed_rates import NearClosedRates, StateBoxes
 from hcsearch.springs.flight.torque_margin import (
     CLOSED_RATE_TOLERANCE,
     MARGIN_ROUNDING,
@@ -32,11 +32,13 @@ from hcsearch.springs.flight.torque_margin import (
     kernel_margins,
 )
 
-CERTIFIED_SHARE = 0.99
+CERTIFIED_SHARE = 0.995
 """Share of the least margin at the states tried so far, from which on a bound is good enough."""
-MAX_MARGIN_INTERVALS, LEAST_TURN = 40_000, 16.0
-"""Greatest number of intervals that are tried, and the turn of a hinge, over the wander, below which one with less than
-half of the bound asked for is not halved: else most of the time goes to the last thousandth, at the singular end."""
+MAX_MARGIN_INTERVALS = 40_000
+"""Greatest number of intervals that are tried."""
+LEAST_TURN = 4.0
+"""Turn of a hinge, over the wander, below which an interval is not halved: near singular states most of the time would
+go to parts in which the wander decides."""
 DEPENDENT_TURN = 0.01
 """Turn of a hinge (rad) below which an interval is not halved if equations of closure depend on each other at its
 middle: while hinges are at stops they do so in all of it, and elsewhere it is small."""
@@ -224,13 +226,14 @@ class _Bounding:
         Bounds with one spring failed are improved only where they are less than asked for, in intervals that are not
         divided anyway. least : takes the margins at the middles.
         """
-        middles, turns = _boxes_of(self.polynomials, intervals)
-        boxes = _Boxes.of(self, middles, turns + self.wander)
-        times, widest = self.ends_of(intervals).mean(axis=1), turns.max(axis=1)
+        places = _boxes_of(self.polynomials, intervals, self.wander)
+        boxes = _Boxes.of(self, places)
+        times, widest = self.ends_of(intervals).mean(axis=1), places.turns.max(axis=1) - self.wander
         margins, rates = boxes.best(np.arange(len(times)), boxes.torques)
         least.take(0, margins, times)
         whole, each = boxes.bounds(np.arange(len(times)), rates)
-        divided, solved = widest > LEAST_TURN * self.wander, np.zeros(each.shape, bool)
+        divided = (widest > LEAST_TURN * self.wander) & (~boxes.near.dependent | (widest > DEPENDENT_TURN))
+        solved = np.zeros(each.shape, bool)
         left = np.flatnonzero(~(divided & (whole < least.asked[0])))
         while len(left):
             worst = np.where(solved[left], np.inf, each[left]).argmin(axis=1)
@@ -245,9 +248,7 @@ class _Bounding:
             left = left[~(divided[left] & (each[left, worst] < least.asked[1]))]
         bounds = np.c_[whole, each.min(axis=1)]
         low = (bounds < 0.5 * least.asked).any(axis=1)
-        wide = widest > np.where(low, LEAST_TURN, 1.0) * self.wander
-        wide &= ~boxes.corrections.dependent | (widest > DEPENDENT_TURN)
-        return bounds, np.where(low, 4, 2) * ((bounds < least.asked).any(axis=1) & wide)
+        return bounds, np.where(low, 4, 2) * ((bounds < least.asked).any(axis=1) & divided)
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +261,7 @@ class _Boxes(ByValue):
 
     of_path: _Bounding
     closed: ClosedRates
-    corrections: _Corrections
+    near: NearClosedRates
     senses: Signs
     allowed: Signs
     torques: Reals
@@ -268,16 +269,17 @@ class _Boxes(ByValue):
     usable: Flags
 
     @staticmethod
-    def of(path: _Bounding, middles: Reals, turns: Reals) -> _Boxes:
-        """Return boxes around middles, (k, n_hinges); turns : how far hinges are from these at most."""
+    def of(path: _Bounding, places: StateBoxes) -> _Boxes:
+        """Return the boxes of intervals of a motion."""
+        middles, turns = places.middles, places.turns
         near_flat, near_packed = middles <= turns, middles >= math.pi - turns
         closed = closed_rates(np.array([path.linkage.closure(state)[1] for state in middles]))
         allowed = near_packed.astype(np.int8) - near_flat.astype(np.int8)
         usable = ~np.any(near_flat & near_packed, axis=1)
         senses = allowed_senses(middles)
-        corrections = _Corrections.of(path.linkage, closed.jacobians, turns, allowed == 0, senses == 0)
+        near = NearClosedRates.of(path.linkage, closed.jacobians, places, allowed == 0, senses == 0)
         torques, changes = path.torques_at(middles), path.slopes * turns
-        return _Boxes(path, closed, corrections, senses, allowed, torques, changes, usable)
+        return _Boxes(path, closed, near, senses, allowed, torques, changes, usable)
 
     def best(self, boxes: WholeNumbers, torques: Reals) -> tuple[Reals, Reals]:
         """Return upper bounds of the margins at the middles of some boxes, and the best rates in all of each."""
@@ -290,74 +292,25 @@ class _Boxes(ByValue):
 
     def bounds(self, boxes: WholeNumbers, rates: Reals) -> tuple[Reals, Reals]:
         """Return what rates bound in some boxes, (k,), and with each spring failed, (k, n_hinges)."""
-        friction, torques, changes = self.of_path.friction, self.torques[boxes], self.changes[boxes]
-        off = self.corrections.of_rates(boxes, rates)
-        sizes = np.linalg.norm(torques, axis=1) + np.linalg.norm(changes, axis=1)
-        powers = torques * rates - changes * np.abs(rates)
-        losses = (friction * np.abs(rates)).sum(axis=1) + off * np.linalg.norm(friction)
-        usable = self.usable[boxes] & np.isfinite(off) & (losses > 0.0)
-        kept = np.where(usable, (1.0 - CLOSED_RATE_TOLERANCE) / np.where(usable, losses, 1.0), 0.0)
-        power = powers.sum(axis=1) - np.where(usable, off, 0.0) * sizes
-        each = np.maximum(power[:, None] - powers, 0.0) * kept[:, None]
-        return np.maximum(power, 0.0) * kept, each
+        friction, torques, turned = self.of_path.friction, self.torques[boxes], self.changes[boxes]
+        changes, off = self.near.changes(boxes, rates)
+        usable = self.usable[boxes] & np.isfinite(off)
+        off = np.where(usable, off, 0.0)[:, None]
+        sizes = np.linalg.norm(torques, axis=1) + np.linalg.norm(turned, axis=1)
+        lost = turned * (np.abs(rates) + np.abs(changes))
+        least = np.full((len(boxes), torques.shape[1] + 1), np.inf)
+        # power is linear and losses are convex along the drift: their ratio is least at one of its ends
+        for corrected in (rates - changes, rates + changes):
+            powers = torques * corrected - lost
+            losses = (friction * np.abs(corrected)).sum(axis=1, keepdims=True) + off * np.linalg.norm(friction)
+            power = powers.sum(axis=1, keepdims=True) - off * sizes[:, None]
+            kept = usable[:, None] * (1.0 - CLOSED_RATE_TOLERANCE) / np.where(losses > 0.0, losses, np.inf)
+            least = np.minimum(least, np.maximum(np.c_[power, power - powers], 0.0) * kept)
+        return least[:, 0], least[:, 1:]
 
 
-@dataclass(frozen=True, eq=False)
-class _Corrections(ByValue):
-    """How far closed rates at the middles of k boxes are from closed ones at other states of these at most.
-
-    opened : (k, n_loops, n_hinges), by how much rates of 1 open the loops elsewhere at most. firm : (k,), the least
-    singular value of closure on hinges that may correct the rates, in all of the box; 0 or less where its equations may
-    depend on each other. dependent : (k,), where they do at the middle, on the hinges between their stops.
-    """
-
-    opened: Reals
-    firm: Reals
-    dependent: Flags
-
-    @staticmethod
-    def of(linkage: Linkage, jacobians: Reals, turns: Reals, free: Flags, between: Flags) -> _Corrections:
-        """Return those of boxes by their middles; turns : (k, n_hinges).
-
-        free : (k, n_hinges), hinges whose rates may be corrected; between : those between their stops at the middle.
-        """
-        screws, (count, _, n) = jacobians.copy(), jacobians.shape
-        opened, grown = np.zeros((count, len(linkage.loops), n)), np.zeros(count)
-        moments = np.zeros((count, n))
-        for number, loop in enumerate(linkage.loops):
-            hinges, rows = np.array([hinge for hinge, _ in loop]), slice(6 * number, 6 * number + 6)
-            for k in range(count):
-                centre_screws(screws[k], 6 * number, hinges, np.empty(3), moments[k])
-            own = moments[:, hinges]
-            gains = 0.5 * (own + np.sqrt(own * own + 4.0))  # of the bracket with a screw
-            change = np.expm1((gains * turns[:, hinges]).sum(axis=1))[:, None]
-            opened[:, number, hinges] = change * np.linalg.norm(screws[:, rows][:, :, hinges], axis=1)
-            grown += ((opened[:, number] * free) ** 2).sum(axis=1)
-        if not linkage.loops:
-            return _Corrections(opened, np.full(count, np.inf), np.zeros(count, bool))
-        least = _least_values(screws, free)
-        dependent = least < CLOSED_RATE_TOLERANCE
-        dependent[dependent] = _least_values(screws[dependent], between[dependent]) < CLOSED_RATE_TOLERANCE
-        return _Corrections(opened, least - np.sqrt(grown), dependent)
-
-    def of_rates(self, boxes: WholeNumbers, rates: Reals) -> Reals:
-        """Return the distances for rates of some boxes, (k,); infinite where loops are not firm."""
-        opened = np.linalg.norm((self.opened[boxes] @ np.abs(rates)[:, :, None])[:, :, 0], axis=1)
-        firm = self.firm[boxes]
-        return np.where(firm > 0.0, opened / np.where(firm > 0.0, firm, 1.0), np.inf)
-
-
-def _least_values(screws: Reals, chosen: Flags) -> Reals:
-    """Return the least singular values of closure on chosen hinges, (k,); 0 where there are fewer than equations."""
-    values = np.linalg.svd(screws * chosen[:, None, :], compute_uv=False)
-    height, least = screws.shape[1], np.zeros(len(screws))
-    if values.shape[1] >= height:
-        least[:] = values[:, height - 1]
-    return least
-
-
-def _boxes_of(polynomials: Reals, intervals: _Intervals) -> tuple[Reals, Reals]:
-    """Return fold angles at the middles of intervals and the greatest distances from them in these, (k, n_hinges)."""
+def _boxes_of(polynomials: Reals, intervals: _Intervals, wander: float) -> StateBoxes:
+    """Return boxes of the states in intervals and of those that differ from them by a wander, about their middles."""
     m = 0.5 * (intervals.starts + intervals.ends)[:, None]
     h = 0.5 * (intervals.ends - intervals.starts)[:, None]
     about = polynomials[intervals.steps]
@@ -365,7 +318,7 @@ def _boxes_of(polynomials: Reals, intervals: _Intervals) -> tuple[Reals, Reals]:
     for done in range(count - 1):  # in powers of the distance from the middle, by Horner's rule again and again
         for power in range(count - 2, done - 1, -1):
             about[:, :, power] += m * about[:, :, power + 1]
-    turns = np.zeros(about.shape[:2])
-    for power in range(count - 1, 0, -1):
-        turns = h * (turns + np.abs(about[:, :, power]))
-    return about[:, :, 0], turns
+    rests = np.zeros(about.shape[:2])
+    for power in range(count - 1, 1, -1):
+        rests = h * (rests + np.abs(about[:, :, power]))
+    return StateBoxes(about[:, :, 0], h * about[:, :, 1], h * rests + wander)

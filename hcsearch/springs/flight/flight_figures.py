@@ -29,12 +29,16 @@ from hcsearch.system.work_steps import work_step
 
 
 @work_step("computing the figures of the motion")
-def figures_of(travel: Travel) -> FlightNumbers:
-    """Return the figures of a folding in a scene; those of its motion only where there is one."""
+def figures_of(travel: Travel, margins: MarginFigures | None = None) -> FlightNumbers:
+    """Return the figures of a folding in a scene; those of its motion only where there is one.
+
+    margins : of `least_margins`, where they are known.
+    """
     standard = travel.standard  # so that congruent foldings have equal figures
     figures = _stowage(travel) | _shape(standard) | _modes(standard)
     if travel.source != "none":
-        figures |= _margins(travel) | _latches(standard) | _clearance(standard) | _craft(travel)
+        figures |= _margins(margins or least_margins(travel), travel) | _latches(standard)
+        figures |= _clearance(standard) | _craft(travel)
     return FlightNumbers(**figures)
 
 
@@ -110,8 +114,8 @@ def _latches(travel: Travel) -> dict[str, Any]:
     return {"latch_torque": bounds.torque, "latch_impulse": bounds.base_moment}
 
 
-def _margins(travel: Travel) -> dict[str, Any]:
-    whole, failed = least_margins(travel)
+def _margins(margins: MarginFigures, travel: Travel) -> dict[str, Any]:
+    whole, failed = margins
     if whole.value is None or math.isinf(whole.value):  # nothing resists, and springs drive at every state
         return {"torque_margin_failed": _finite(failed.value)}
     return {

@@ -20,7 +20,7 @@ from hcsearch.springs.flight.flight_sheet import SENSITIVITY_CHANGE, Demand, Fli
 from hcsearch.springs.flight.footprints import footprint_of
 from hcsearch.springs.flight.latching import arrival_loads
 from hcsearch.springs.flight.law_torques import law_torques
-from hcsearch.springs.flight.margin_figures import MarginFigure
+from hcsearch.springs.flight.margin_figures import MarginFigure, MarginFigures
 from hcsearch.springs.flight.path_margins import PathMargins
 from hcsearch.springs.flight.rules import MotorisationRule, Rules
 from hcsearch.springs.flight.shape_errors import shape_errors
@@ -38,7 +38,8 @@ def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: b
     title : its name, and source : what moves it, for readers. measured : whether resisting torques are measured, for
     which a standard has smaller factors.
     """
-    numbers = figures_of(travel)
+    margins = None if travel.source == "none" else least_margins(travel)
+    numbers = figures_of(travel, margins)
     reviewed = _Review(travel, rules, numbers, measured)
     rows = tuple(reviewed.rows())
     springs = reviewed.springs(rows)
@@ -50,7 +51,7 @@ def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: b
         rows=rows,
         demands=tuple(reviewed.demands()),
         numbers=numbers,
-        sensitivities=sensitivities_of(travel, numbers),
+        sensitivities=sensitivities_of(travel, numbers, margins),
         omitted=tuple(reviewed.omitted()),
         springs=springs,
         advice=reviewed.advice(rows, springs),
@@ -259,12 +260,16 @@ MIN_SENSITIVITY = 1e-6
 
 
 @work_step("computing sensitivities")
-def sensitivities_of(travel: Travel, numbers: FlightNumbers) -> tuple[Sensitivity, ...]:
-    """Return how figures change with the springs and the hardware, along the same states, greatest changes first."""
+def sensitivities_of(travel: Travel, numbers: FlightNumbers, margins: MarginFigures | None) -> tuple[Sensitivity, ...]:
+    """Return how figures change with the springs and the hardware, along the same states, greatest changes first.
+
+    numbers, margins : of the travel. Margins are computed again only where what they depend on changes.
+    """
     rows = []
     quantities = [quantity for quantity in FLIGHT_QUANTITIES if quantity.name in _SENSITIVE]
     for name, changed in _CHANGES.items():
-        low, high = (figures_of(changed(travel, 1.0 + sign * SENSITIVITY_CHANGE)) for sign in (-1.0, 1.0))
+        ends = [changed(travel, 1.0 + sign * SENSITIVITY_CHANGE) for sign in (-1.0, 1.0)]
+        low, high = (figures_of(end, margins if _have_equal_margins(end, travel) else None) for end in ends)
         for quantity in quantities:
             values = [flight_value(quantity, one) for one in (low, numbers, high)]
             if not all(isinstance(value, float) for value in values):
@@ -274,6 +279,12 @@ def sensitivities_of(travel: Travel, numbers: FlightNumbers) -> tuple[Sensitivit
             if spread > MIN_SENSITIVITY:
                 rows.append(Sensitivity(name, quantity.title, below, above, quantity.unit, spread))
     return tuple(sorted(rows, key=lambda row: -row.spread))
+
+
+def _have_equal_margins(one: Travel, other: Travel) -> bool:
+    """Return whether the torque margins of two travels along the same states are equal, as springs and losses are."""
+    equal = np.array_equal(one.hardware.resistance, other.hardware.resistance)
+    return equal and one.setup.laws == other.setup.laws
 
 
 def _with_springs(travel: Travel, factor: float) -> Travel:
