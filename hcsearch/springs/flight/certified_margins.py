@@ -42,9 +42,8 @@ go to parts in which the wander decides."""
 DEPENDENT_TURN = 0.01
 """Turn of a hinge (rad) below which an interval is not halved if equations of closure depend on each other at its
 middle: while hinges are at stops they do so in all of it, and elsewhere it is small."""
-GAP_STATES, NEAREST_GAP_SHARE, COURSE_STATES = 12, 0.01, 1000
-"""Number of states that are tried in each gap, in geometric progression towards its end, and the nearest to it; and
-number in a gap that is all of the motion, at equal times, fewer in others."""
+MIN_BOUNDED_SHARE = 0.99
+"""Share of the turn of all hinges in which margins must be bounded: else no bound is computed."""
 
 LAW_RANGE_EXCESS = 0.01
 """How far beyond the stops slopes of laws are bounded (rad): paths are proved to pass them by less."""
@@ -54,10 +53,11 @@ LAW_RANGE_EXCESS = 0.01
 class CertifiedMargin:
     """Lower bounds of the torque margins on a motion.
 
-    bound : at all closed states beside the path, but for the gaps; 0 where all of it is a gap. failed : the same with
-    any one spring failed. gaps : starts and ends, in the time of the path, of parts without a bound. certified : the
-    share of the turn of all hinges without gaps. least, least_failed : the least margins at the states that were tried,
-    at the times weakest and weakest_failed; hinges beyond a stop count as at it. intervals : number that were tried.
+    bound : at all closed states beside the path, but for the gaps; 0 where gaps are too large. failed : the same with
+    any one spring failed. gaps : starts and ends, in the time of the path, of parts without a bound; all of it where
+    they are too large. certified : the share of the turn of all hinges without gaps, at most. least, least_failed : the
+    least margins at the states that were tried, at the times weakest and weakest_failed; hinges beyond a stop count as
+    at it. intervals : number that were tried.
     """
 
     bound: float
@@ -69,6 +69,11 @@ class CertifiedMargin:
     weakest: float
     weakest_failed: float
     intervals: int
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether margins are bounded in nearly all of the motion."""
+        return self.certified >= MIN_BOUNDED_SHARE
 
 
 @dataclass(eq=False)
@@ -158,8 +163,8 @@ def certified_margin(
     count = len(course.times) - 1
     intervals = _Intervals(np.arange(count), np.zeros(count), np.ones(count))
     least, bound = _Least(enough, [math.inf, math.inf], [math.nan, math.nan]), np.full(2, math.inf)
-    tried, unsettled = 0, []
-    while len(intervals.steps):
+    tried, unsettled, certified = 0, [np.empty((0, 4))], 1.0
+    while len(intervals.steps) and certified >= MIN_BOUNDED_SHARE:
         bounds, counts = bounding.bounds_in(intervals, least)
         tried += len(bounds)
         if tried + counts.sum() > MAX_MARGIN_INTERVALS:
@@ -168,6 +173,7 @@ def certified_margin(
         bound = np.minimum(bound, bounds[(counts == 0) & ~low].min(axis=0, initial=math.inf))
         kept = (counts == 0) & low
         unsettled.append(np.c_[bounding.ends_of(intervals), bounds][kept])
+        certified -= bounding.turn_share(unsettled[-1][unsettled[-1][:, 2:].min(axis=1) <= 0.0])
         intervals = intervals.parts(counts)
     gaps = []
     for part in _joined(np.concatenate(unsettled)):
@@ -176,19 +182,12 @@ def certified_margin(
             bound = np.minimum(bound, own)
         else:
             gaps.append((float(part[0, 0]), float(part[-1, 1])))
-    turn = accumulated_turn(course.angles)
-    certified = 1.0 - float(np.diff(np.interp(np.array(gaps).reshape(-1, 2), course.times, turn)).sum() / turn[-1])
-    whole, failed = np.where(np.isfinite(bound), bound, 0.0).tolist()
+    certified = min(certified, 1.0 - bounding.turn_share(np.array(gaps).reshape(-1, 2)))
+    if certified < MIN_BOUNDED_SHARE:
+        bound, gaps = np.zeros(2), [(float(course.times[0]), float(course.times[-1]))]
     (margin, margin_failed), (time, time_failed) = least.margins, least.times
+    whole, failed = bound.tolist()
     return CertifiedMargin(whole, failed, tuple(gaps), certified, margin, margin_failed, time, time_failed, tried)
-
-
-def gap_times(course: Course, gaps: Sequence[tuple[float, float]]) -> Reals:
-    """Return times at which the margins in gaps are sampled: equal ones, and some that crowd towards an end."""
-    shares = np.geomspace(NEAREST_GAP_SHARE, 1.0, GAP_STATES)
-    crowded = [end - (end - start) * (1.0 - shares if start == course.times[0] else shares) for start, end in gaps]
-    every = np.linspace(course.times[0], course.times[-1], COURSE_STATES + 2)[1:-1]
-    return np.concatenate([*crowded, *(every[(every > start) & (every < end)] for start, end in gaps), np.empty(0)])
 
 
 def _joined(rows: Reals) -> list[Reals]:
@@ -212,13 +211,17 @@ class _Bounding:
     ) -> None:
         self.linkage, self.wander, self.torques_at, self.slopes = linkage, wander, torques_at, slopes
         self.friction, self.times, self.lengths = friction, course.times, np.diff(course.times)
-        self.polynomials = course_polynomials(*course)
+        self.polynomials, self.turns = course_polynomials(*course), accumulated_turn(course.angles)
 
     def ends_of(self, intervals: _Intervals) -> Reals:
         """Return the times at which intervals start and end, (k, 2)."""
         lengths = self.lengths[intervals.steps]
         ends: Reals = self.times[intervals.steps][:, None] + np.c_[lengths * intervals.starts, lengths * intervals.ends]
         return ends
+
+    def turn_share(self, parts: Reals) -> float:
+        """Return the share of the turn of all hinges in parts of the motion, by rows that begin with their ends."""
+        return float(np.diff(np.interp(parts[:, :2], self.times, self.turns)).sum() / self.turns[-1])
 
     def bounds_in(self, intervals: _Intervals, least: _Least) -> tuple[Reals, WholeNumbers]:
         """Return lower bounds of the margins in intervals, (k, 2), and into how many parts each is divided, 0 for none.

@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from hcsearch.basics.array_values import Flags, Reals
+from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.motion.kinematics.closing import close_linkage
@@ -22,7 +22,6 @@ from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.springs.flight.certified_margins import (
     CertifiedMargin,
     certified_margin,
-    gap_times,
     steepest_slopes,
     wander_of,
 )
@@ -31,8 +30,11 @@ from hcsearch.springs.flight.path_margins import PathMargins
 from hcsearch.springs.flight.torque_margin import allowed_senses, closed_rates, torque_margins, torque_margins_failed
 from hcsearch.springs.flight.travel import Travel, states_at
 
-MIN_PROVED_SHARE = 0.99
-"""Share of the turn of a path in which margins must be bounded for a figure that counts as proved."""
+GAP_STATES, NEAREST_GAP_SHARE = 12, 0.01
+"""Number of states that are tried in gaps at both ends of a motion, in geometric progression, and the nearest one."""
+COURSE_STATES, CLOSER_ROUNDS, CLOSER_STATES = 1000, 3, 16
+"""Number of states, at equal times, of which those in gaps are tried; rounds in which some more are tried beside the
+least one of a motion without bounds, and how many."""
 FigureKind = Literal["proved", "sampled", "simulated"]
 """How a figure is known: for all states beside a proved path; at some states of a path; or along a simulated motion."""
 
@@ -55,11 +57,6 @@ class MarginFigure:
     at: float
     time: float | None = None
     unbounded: float = 0.0
-
-    @property
-    def is_bounded(self) -> bool:
-        """Whether the margin is bounded in nearly all of the motion."""
-        return self.unbounded <= 1.0 - MIN_PROVED_SHARE
 
 
 class MarginFigures(NamedTuple):
@@ -102,29 +99,69 @@ def _bounded(
     travel: Travel, course: Course, friction: Reals, sampled: MarginFigures, found: CertifiedMargin
 ) -> MarginFigures:
     """Return the figures of a motion by its bounds, and by states in gaps and where those between states are least."""
-    weakest = np.array([found.weakest, found.weakest_failed])
-    some = course.times[len(course.times) // 2]  # one at least
-    times = np.r_[some, weakest[np.isfinite(weakest)], gap_times(course, found.gaps)]
+    tried = _tried(travel, course, friction, _gap_times(course, found))
+    if not found.is_bounded:
+        for _ in range(CLOSER_ROUNDS):
+            tried = tried.with_more(_tried(travel, course, friction, tried.times_beside_least()))
+    turns = accumulated_turn(course.angles)
+    kind: FigureKind = "simulated" if travel.source == "deployment" else "proved" if found.is_bounded else "sampled"
+    figures = []
+    for which, (before, bound) in enumerate(zip(sampled, (found.bound, found.failed), strict=True)):
+        state = int(tried.margins[which].argmin())
+        least, hinge, at, time = before.least, before.hinge, before.at, None
+        if tried.margins[which, state] < least:
+            least, hinge, time = float(tried.margins[which, state]), int(tried.hinges[which, state]), tried.times[state]
+            at = float(np.interp(time, course.times, turns) / turns[-1])
+        is_known = before.value is not None and bool(tried.known[which, state])
+        value = min(bound, least) if found.is_bounded else least
+        unbounded = 1.0 - found.certified
+        figures.append(
+            MarginFigure(
+                value if is_known else None, least, kind, hinge, at, None if time is None else float(time), unbounded
+            )
+        )
+    return MarginFigures(*figures)
+
+
+class _Tried(NamedTuple):
+    """Margins at k more states: their times, and with all springs and with one failed, (2, k), as of `PathMargins`."""
+
+    times: Reals
+    margins: Reals
+    known: Flags
+    hinges: WholeNumbers
+
+    def with_more(self, more: _Tried) -> _Tried:
+        """Return these and more."""
+        return _Tried(*(np.concatenate(both, axis=-1) for both in zip(self, more, strict=True)))
+
+    def times_beside_least(self) -> Reals:
+        """Return times between those of the least margins and the next ones."""
+        times = np.unique(self.times)
+        least = np.searchsorted(times, self.times[self.margins.argmin(axis=1)])
+        before, after = times[np.maximum(least - 1, 0)], times[np.minimum(least + 1, len(times) - 1)]
+        beside: Reals = np.linspace(before, after, CLOSER_STATES + 2)[1:-1].ravel()
+        return beside
+
+
+def _gap_times(course: Course, found: CertifiedMargin) -> Reals:
+    """Return times at which margins are computed: the weakest so far, and in gaps, more at both ends of the motion."""
+    first, last = course.times[0], course.times[-1]
+    shares, every = np.geomspace(NEAREST_GAP_SHARE, 1.0, GAP_STATES), np.linspace(first, last, COURSE_STATES + 2)[1:-1]
+    times = [np.array([found.weakest, found.weakest_failed, 0.5 * (first + last)])]  # one that is finite at least
+    for start, end in found.gaps:
+        times += [every[(every > start) & (every < end)], np.linspace(start, end, 3)[1:-1]]
+        times += [start + (end - start) * shares] if start == first else []
+        times += [end - (end - start) * shares] if end == last else []
+    tried: Reals = np.concatenate(times)
+    return tried[np.isfinite(tried)]
+
+
+def _tried(travel: Travel, course: Course, friction: Reals, times: Reals) -> _Tried:
+    """Return the margins at the closed states next to a course at some times."""
     states = np.array([close_linkage(travel.linkage, state).angles for state in states_at(course, times)])
     rates = closed_rates(np.array([travel.linkage.closure(state)[1] for state in states]))
     program = rates, law_torques(travel.setup.laws, states), friction, allowed_senses(states)
     whole = torque_margins(*program)
     failed = torque_margins_failed(*program, whole)
-    turns = accumulated_turn(course.angles)
-    shares = np.interp(times, course.times, turns) / turns[-1]
-    is_bounded = found.certified >= MIN_PROVED_SHARE
-    kind: FigureKind = "simulated" if travel.source == "deployment" else "proved" if is_bounded else "sampled"
-    figures = []
-    for before, bound, margins, known, hinges in (
-        (sampled.whole, found.bound, whole.margins, whole.known, whole.hinges),
-        (sampled.failed, found.failed, failed.margins, failed.known, failed.hinges),
-    ):
-        state = int(margins.argmin())
-        least, hinge, at, time = before.least, before.hinge, before.at, None
-        if margins[state] < least:
-            least, hinge, at = float(margins[state]), int(hinges[state]), float(shares[state])
-            time = float(times[state])
-        is_known = before.value is not None and bool(known[state])
-        value = min(bound, least) if is_bounded else least
-        figures.append(MarginFigure(value if is_known else None, least, kind, hinge, at, time, 1.0 - found.certified))
-    return MarginFigures(*figures)
+    return _Tried(times, *(np.array([getattr(one, name) for one in (whole, failed)]) for name in _Tried._fields[1:]))

@@ -21,6 +21,7 @@ from hcsearch.springs.flight.torque_margin import (
     ClosedRates,
     allowed_senses,
     closed_rates,
+    kernel_margins,
     power_ratios,
     torque_margins,
     torque_margins_failed,
@@ -165,11 +166,11 @@ def margins_along(path: PathRates, torques: Reals, friction: Reals) -> PathMargi
 
 
 def best_rates_along(path: PathRates, torques: Reals, friction: Reals, working: Reals) -> Reals:
-    """Return the rates by which `margins_along` finds its margins, (n_cases, k, n_hinges).
+    """Return the rates by which `margins_along` finds its margins, (n_cases, k, n_hinges), as far as the kernel can.
 
     working : (n_cases, n_hinges), 1 for the springs that work in a case, 0 for those that failed. Others as above.
     """
-    rates = np.array([torque_margins(path.rates, torques * works, friction, path.senses).rates for works in working])
+    rates = np.array([kernel_margins(path.rates, torques * works, friction, path.senses).rates for works in working])
     for state in np.flatnonzero(path.singular).tolist():
         motions = _motions_at(path, state, torques[state], friction, MAX_FAILURES_TRIED)
         rates[:, state] = [_best_of(torques[state] * works, friction, motions)[1] for works in working]

@@ -121,7 +121,7 @@ class _Review:
         who = "" if not label else f"spring {label} failed" if failed else f"hinge {label}"
         least = "" if margin.value == margin.least else f"{short_number(margin.least, 4)} at a state"
         at = f"least at {short_number(100.0 * margin.at, 3)} % of the travel"
-        gaps = f"sampled in {short_number(100.0 * margin.unbounded, 2)} % of it" if margin.unbounded else ""
+        gaps = f"without a bound in {short_number(100.0 * margin.unbounded, 2)} % of it" if margin.unbounded else ""
         notes = (who, at, least, gaps, self._guided(margin.least, failed=failed), note)
         return SheetRow(
             name,
@@ -130,7 +130,7 @@ class _Review:
             required,
             note=", ".join(filter(None, notes)),
             kind=margin.kind,
-            side="from below" if margin.is_bounded and margin.value != margin.least else "exact",
+            side="exact" if margin.value == margin.least else "from below",
             other=margin.least,
         )
 
