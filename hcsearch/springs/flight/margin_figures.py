@@ -99,10 +99,10 @@ def _bounded(
     travel: Travel, course: Course, friction: Reals, sampled: MarginFigures, found: CertifiedMargin
 ) -> MarginFigures:
     """Return the figures of a motion by its bounds, and by states in gaps and where those between states are least."""
-    tried = _tried(travel, course, friction, _gap_times(course, found))
+    tried = _tried(travel, course, friction, _gap_times(course, found), found.is_bounded)
     if not found.is_bounded:
         for _ in range(CLOSER_ROUNDS):
-            tried = tried.with_more(_tried(travel, course, friction, tried.times_beside_least()))
+            tried = tried.with_more(_tried(travel, course, friction, tried.times_beside_least(), found.is_bounded))
     turns = accumulated_turn(course.angles)
     kind: FigureKind = "simulated" if travel.source == "deployment" else "proved" if found.is_bounded else "sampled"
     figures = []
@@ -124,7 +124,10 @@ def _bounded(
 
 
 class _Tried(NamedTuple):
-    """Margins at k more states: their times, and with all springs and with one failed, (2, k), as of `PathMargins`."""
+    """Margins at k more states: their times, and with all springs and with one failed, (2, k).
+
+    margins : not known ones are upper bounds beside a motion with bounds, else infinite. hinges : as of `PathMargins`.
+    """
 
     times: Reals
     margins: Reals
@@ -157,11 +160,15 @@ def _gap_times(course: Course, found: CertifiedMargin) -> Reals:
     return tried[np.isfinite(tried)]
 
 
-def _tried(travel: Travel, course: Course, friction: Reals, times: Reals) -> _Tried:
-    """Return the margins at the closed states next to a course at some times."""
+def _tried(travel: Travel, course: Course, friction: Reals, times: Reals, is_bounded: bool) -> _Tried:
+    """Return the margins at the closed states next to a course at some times; is_bounded : of its `CertifiedMargin`."""
     states = np.array([close_linkage(travel.linkage, state).angles for state in states_at(course, times)])
     rates = closed_rates(np.array([travel.linkage.closure(state)[1] for state in states]))
     program = rates, law_torques(travel.setup.laws, states), friction, allowed_senses(states)
     whole = torque_margins(*program)
     failed = torque_margins_failed(*program, whole)
-    return _Tried(times, *(np.array([getattr(one, name) for one in (whole, failed)]) for name in _Tried._fields[1:]))
+    known = np.array([whole.known, failed.known])
+    # unknown margins beside singular states count where even their upper bounds are least; of samples they are left out
+    unknown = np.array([whole.bounds, failed.bounds]) if is_bounded else np.inf
+    margins = np.where(known, np.array([whole.margins, failed.margins]), unknown)
+    return _Tried(times, margins, known, np.array([whole.hinges, failed.hinges]))
