@@ -726,12 +726,10 @@ class Prisms:
             along = np.roll(own[:half], -1, 0) - own[:half]
             normals = np.cross(along, [0.0, 0.0, 1.0])
             tried += [turn @ [0.0, 0.0, 1.0], *(normals @ turn.T)]
-        edges = [
-            [
-                (np.roll(own[: len(own) // 2], -1, 0) - own[: len(own) // 2]) @ turn.T
-                for own, (turn, _) in zip((mine, yours), values, strict=True)
-            ]
-        ][0]
+        edges = []
+        for own, (turn, _) in zip((mine, yours), values, strict=True):
+            rim = own[: len(own) // 2]
+            edges.append(np.vstack([np.roll(rim, -1, 0) - rim, [0.0, 0.0, 1.0]]) @ turn.T)
         tried += [np.cross(a, b) for a in edges[0] for b in edges[1]]
         best = []
         for way in tried:

@@ -35,6 +35,7 @@ StepSpan = tuple[int, float, float]
 """A step of a path, and the shares of it at which the span begins and ends."""
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what overflows proves nothing
 def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> tuple[dict[str, Any], list[int]]:
     """Return a stretch as a certificate holds it, and which hinges are closed (1) at its end.
 
