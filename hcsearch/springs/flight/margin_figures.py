@@ -99,10 +99,10 @@ def _bounded(
     travel: Travel, course: Course, friction: Reals, sampled: MarginFigures, found: CertifiedMargin
 ) -> MarginFigures:
     """Return the figures of a motion by its bounds, and by states in gaps and where those between states are least."""
-    tried = _tried(travel, course, friction, _gap_times(course, found), found.is_bounded)
+    tried = _tried(travel, course, friction, _gap_times(course, found), doubtful=True)
     if not found.is_bounded:
         for _ in range(CLOSER_ROUNDS):
-            tried = tried.with_more(_tried(travel, course, friction, tried.times_beside_least(), found.is_bounded))
+            tried = tried.with_more(_tried(travel, course, friction, tried.times_beside_least(), doubtful=False))
     turns = accumulated_turn(course.angles)
     kind: FigureKind = "simulated" if travel.source == "deployment" else "proved" if found.is_bounded else "sampled"
     figures = []
@@ -126,7 +126,7 @@ def _bounded(
 class _Tried(NamedTuple):
     """Margins at k more states: their times, and with all springs and with one failed, (2, k).
 
-    margins : not known ones are upper bounds beside a motion with bounds, else infinite. hinges : as of `PathMargins`.
+    margins : of what is not known lower bounds, or infinite where it is left out. hinges : as of `PathMargins`.
     """
 
     times: Reals
@@ -160,15 +160,13 @@ def _gap_times(course: Course, found: CertifiedMargin) -> Reals:
     return tried[np.isfinite(tried)]
 
 
-def _tried(travel: Travel, course: Course, friction: Reals, times: Reals, is_bounded: bool) -> _Tried:
-    """Return the margins at the closed states next to a course at some times; is_bounded : of its `CertifiedMargin`."""
+def _tried(travel: Travel, course: Course, friction: Reals, times: Reals, *, doubtful: bool) -> _Tried:
+    """Return the margins at the closed states next to a course at some times; doubtful : with what is not known."""
     states = np.array([close_linkage(travel.linkage, state).angles for state in states_at(course, times)])
     rates = closed_rates(np.array([travel.linkage.closure(state)[1] for state in states]))
     program = rates, law_torques(travel.setup.laws, states), friction, allowed_senses(states)
     whole = torque_margins(*program)
     failed = torque_margins_failed(*program, whole)
     known = np.array([whole.known, failed.known])
-    # unknown margins beside singular states count where even their upper bounds are least; of samples they are left out
-    unknown = np.array([whole.bounds, failed.bounds]) if is_bounded else np.inf
-    margins = np.where(known, np.array([whole.margins, failed.margins]), unknown)
+    margins = np.where(known | doubtful, np.array([whole.margins, failed.margins]), np.inf)
     return _Tried(times, margins, known, np.array([whole.hinges, failed.hinges]))
