@@ -110,16 +110,12 @@ def _bounded(
         state = int(tried.margins[which].argmin())
         least, hinge, at, time = before.least, before.hinge, before.at, None
         if tried.margins[which, state] < least:
-            least, hinge, time = float(tried.margins[which, state]), int(tried.hinges[which, state]), tried.times[state]
+            least, hinge = float(tried.margins[which, state]), int(tried.hinges[which, state])
+            time = float(tried.times[state])
             at = float(np.interp(time, course.times, turns) / turns[-1])
         is_known = before.value is not None and bool(tried.known[which, state])
         value = min(bound, least) if found.is_bounded else least
-        unbounded = 1.0 - found.certified
-        figures.append(
-            MarginFigure(
-                value if is_known else None, least, kind, hinge, at, None if time is None else float(time), unbounded
-            )
-        )
+        figures.append(MarginFigure(value if is_known else None, least, kind, hinge, at, time, 1.0 - found.certified))
     return MarginFigures(*figures)
 
 
