@@ -8,7 +8,7 @@ only guesses G and the scaling of equations, which may be any, and directions th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import combinations, pairwise
@@ -536,16 +536,18 @@ def led_by_cubics(lines: Lines, data: Any, closed: list[bool]) -> Iterator[tuple
             yield piece.part(Fraction(1, 2), tube(stretch, piece, [gain], ends[number > 0]))
             continue
         piece = between(cubics, moving, closed)
-        before = gain_at(stretch, piece, -1.0) if gain is None else gain
-        gain = before if number == last else gain_at(stretch, piece, 1.0, before)
-        yield from tubes(stretch, piece, before, gain)
+        gain = yield from tubes(stretch, piece, gain_at(stretch, piece, -1.0) if gain is None else gain)
     closed[:] = ended
 
 
 def tubes(
-    stretch: Stretch, piece: Piece, before: list[Numbers], after: list[Numbers], depth: int = 0
-) -> Iterator[tuple[Piece, list[Poly]]]:
-    """A piece and the doubts of its closed states, or its halves and theirs."""
+    stretch: Stretch, piece: Piece, before: list[Numbers], depth: int = 0
+) -> Generator[tuple[Piece, list[Poly]], None, list[Numbers]]:
+    """Yield a piece and the doubts of its closed states, or its halves and theirs; return the directions at its end.
+
+    Directions turn fast where a path passes a singular state nearby: those at an end continue those of the last half.
+    """
+    after = gain_at(stretch, piece, 1.0, before)
     try:
         doubts = tube(stretch, piece, [before, after])
     except RefusedError:
@@ -553,10 +555,11 @@ def tubes(
             raise
     else:
         yield piece, doubts
-        return
-    still, middle = [ZERO] * len(piece.bases), gain_at(stretch, piece, 0.0, before)
-    yield from tubes(stretch, piece.part(Fraction(-1, 2), still)[0], before, middle, depth + 1)
-    yield from tubes(stretch, piece.part(Fraction(1, 2), still)[0], middle, after, depth + 1)
+        return after
+    still = [ZERO] * len(piece.bases)
+    for side in (Fraction(-1, 2), Fraction(1, 2)):
+        before = yield from tubes(stretch, piece.part(side, still)[0], before, depth + 1)
+    return before
 
 
 def departing(cubics: Sequence[Any], moving: Sequence[int], state: Sequence[bool]) -> Piece:

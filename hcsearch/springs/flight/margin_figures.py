@@ -144,7 +144,10 @@ class _Tried(NamedTuple):
 
 
 def _gap_times(course: Course, found: CertifiedMargin) -> Reals:
-    """Return times at which margins are computed: the weakest so far, and in gaps, more at both ends of the motion."""
+    """Return times at which margins are computed: the weakest so far, and in gaps, more at both ends of the motion.
+
+    Both ends are left out: their margins are those of states of the travel, from which it leaves, or at which it ends.
+    """
     first, last = course.times[0], course.times[-1]
     shares, every = np.geomspace(NEAREST_GAP_SHARE, 1.0, GAP_STATES), np.linspace(first, last, COURSE_STATES + 2)[1:-1]
     times = [np.array([found.weakest, found.weakest_failed, 0.5 * (first + last)])]  # one that is finite at least
@@ -153,7 +156,7 @@ def _gap_times(course: Course, found: CertifiedMargin) -> Reals:
         times += [start + (end - start) * shares] if start == first else []
         times += [end - (end - start) * shares] if end == last else []
     tried: Reals = np.concatenate(times)
-    return tried[np.isfinite(tried)]
+    return tried[(tried > first) & (tried < last)]
 
 
 def _tried(travel: Travel, course: Course, friction: Reals, times: Reals, *, doubtful: bool) -> _Tried:

@@ -27,10 +27,10 @@ GREATEST_PRELOAD_FACTOR = 1000.0
 """Greatest preload that is tried, over the greatest resisting torque times the required margin."""
 PRELOAD_DIGITS = 3
 """Digits to which preloads are rounded up."""
-RAISES = (1.0, 1.01, 1.02, 1.03, 1.04, 1.05, 1.1)
+RAISES = (1.0, 1.01, 1.02, 1.03, 1.04, 1.05, 1.1, 1.2, 1.3, 1.4)
 """Factors of the required margin that are asked for in turn, until springs pass as a flight sheet judges them: its
-bound between states is a little below the least margin, and with other digits of a preload it may find another motion
-at a singular end."""
+bound between states is a little below the least margin, and more beside singular states, and with other digits of a
+preload it may find another motion at a singular end."""
 MAX_STATES_ADDED, ADDED_SHARES = 4, 1e-4 * np.array([-9.0, -3.0, -1.0, 0.0, 1.0, 3.0, 9.0])
 """Greatest number of times that states are added where chosen springs have too little margin, and how far beside that
 place, in shares of the time of the path."""

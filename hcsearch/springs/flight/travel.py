@@ -25,7 +25,7 @@ from hcsearch.springs.deployment.simulated_deployment import Deployment, simulat
 from hcsearch.springs.flight.path_margins import PathRates, path_rates
 
 MIN_STATE_DISTANCE = 1e-6
-"""Greatest change of a fold angle (rad) between states of a deployment that count as one."""
+"""Greatest change of a fold angle (rad) between states of a travel that count as one."""
 TravelSource = Literal["deployment", "path", "none"]
 """What gives the states: a simulated deployment, a proved path, or nothing."""
 
@@ -86,13 +86,19 @@ class Travel(ByValue):
         return Travel(self.linkage.twin.linkage, setup, hardware, self.source, states, self.deployment)
 
     def with_states(self, times: Reals) -> Travel:
-        """Return the travel along a proved path with the closed states at more times of its course."""
+        """Return the travel along a proved path with the closed states at more times of its course.
+
+        Those that count as one with a state of the travel, or with the added one before, are left out.
+        """
         course, _ = self.course
         turns, more = accumulated_turn(course.angles), states_at(course, times)
         closed = np.array([close_linkage(self.linkage, state).angles for state in more])
         places = np.interp(times, course.times, turns / turns[-1])
         order = np.argsort(np.r_[self.shares, places], kind="stable")
-        changed = replace(self, states=np.vstack([self.states, closed])[order])
+        states, is_added = np.vstack([self.states, closed])[order], order >= len(self.states)
+        near = np.abs(np.diff(states, axis=0)).max(axis=1) <= MIN_STATE_DISTANCE
+        repeats = is_added & (np.append(False, near) | np.append(near & ~is_added[1:], False))
+        changed = replace(self, states=states[~repeats])
         vars(changed)["course"] = self.course
         return changed
 
