@@ -127,6 +127,8 @@ def main() -> None:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     # read by numba on import, for the compiler part that all kernels of a process share: a tenth faster
     os.environ.setdefault("NUMBA_OPT", "1")
+    if sys.stdout is not None and sys.stdout.errors == "strict":  # names may hold letters that its encoding lacks
+        sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     unraisable, sys.unraisablehook = sys.unraisablehook, _interrupting_again(sys.unraisablehook)
     try:
         signal.signal(signal.SIGINT, _interrupt)

@@ -6,6 +6,7 @@ from typing import Any
 
 import click
 
+from hcsearch.basics.errors import printable
 from hcsearch.cli.cases import case_options, proof_options
 from hcsearch.cli.options import examples_epilog
 from hcsearch.cli.progress import ProgressMeter
@@ -43,7 +44,7 @@ def prove(name: str, output: str, budget: int | None, **options: Any) -> None:
         certificate = proving.prove(name, output, progress=meter, **arguments)
     for sentence in certificate.sentences:
         click.echo(sentence)
-    click.echo(output)
+    click.echo(printable(output))
 
 
 @click.command(
@@ -72,10 +73,10 @@ def verify(path: str, seconds: float) -> None:
     try:
         sentences = proving.verify(path, seconds=seconds).sentences
     except UnprovedCertificateError as refused:
-        click.echo(f"{path}: not proved: {refused}", err=True)
+        click.echo(f"{printable(path)}: not proved: {refused}", err=True)
         click.get_current_context().exit(1)
     except CertificateError as refused:
-        click.echo(f"{path}: no certificate: {refused}", err=True)
+        click.echo(f"{printable(path)}: no certificate: {refused}", err=True)
         click.get_current_context().exit(2)
     for sentence in sentences:
         click.echo(sentence)

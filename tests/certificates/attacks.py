@@ -29,7 +29,7 @@ REASONS = {
     "ends": f"{FORM}|the one end alone|its end is|not closed|is open|no loop is closed",
     "face": "a face of its boxes|no loop is closed",
     "closed": "not proved to lie beside|ends at no stop|open a loop|not parallel|panels are not proved"
-    "|does not end flat|has no states|a loop is open|wrenches|is no number|not computed",
+    "|does not end flat|has no states|a loop is open|wrenches|is no number|not computed|fewer hinges",
     "path": f"{FORM}|ends at no stop|does not end flat|open a loop|not parallel|no states|a loop is open",
     "margin": f"{FORM}|margin|decimal|no loop is closed",
     "vacuous": "it says nothing",

@@ -217,11 +217,34 @@ def test_a_program_prints_names_on_any_terminal_and_reads_files_alone(tmp_path):
 
     proved = run("file.json")
     assert proved.returncode == 0
-    assert proved.stdout.startswith(r"the array in the file, named '\u6298\n': proved: nothing folds")
+    assert proved.stdout.startswith(r"the array of claim 1 in the file, named '\u6298\n': proved: nothing folds")
     for name in ("pipe", "."):
         refused = run(name)
         assert refused.returncode == 2
         assert refused.stderr.endswith("no certificate: it is a folder, a pipe or a device\n")
+
+
+def test_names_of_files_are_printed_escaped(tmp_path):
+    file = tmp_path / "\x1b[31mred\n.json"
+    file.write_text("[", encoding="utf-8")
+    result = CliRunner().invoke(hcsearch, ["verify", str(file)], color=True)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(str(tmp_path) + r"/\x1b[31mred\n.json: no certificate: it is no JSON")
+    alone = subprocess.run(
+        [sys.executable, path_checker.__file__, str(file)], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert alone.returncode == 2
+    assert alone.stderr.startswith(str(tmp_path) + r"/\x1b[31mred\n.json: no certificate: it is no JSON")
+
+
+def test_names_are_printed_where_the_encoding_of_stdout_lacks_letters(tmp_path):
+    data = signed({**certificate(PATH), "of": "\u6298", "panel_mm": None, "claims": [still()]})
+    (tmp_path / "file.json").write_text(json.dumps(data), encoding="utf-8")
+    command = [sys.executable, "-m", "hcsearch", "verify", str(tmp_path / "file.json")]
+    own = {**os.environ, "PYTHONIOENCODING": "latin1"}
+    result = subprocess.run(command, capture_output=True, text=True, check=False, env=own, timeout=60)
+    assert (result.returncode, result.stderr) == (0, "")
+    assert result.stdout.startswith(r"the pattern of 2 panels and 1 hinge in the certificate, named '\u6298': ")
 
 
 def mutated(data, rng):

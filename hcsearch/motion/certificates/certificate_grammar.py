@@ -231,6 +231,8 @@ def claims_of(data: Any) -> list[dict[str, Any]]:
     formed(0 < len(claims) <= MAX_CLAIMS, f"it has not from 1 to {MAX_CLAIMS} claims")
     for claim in claims:
         formed(entry(claim, "kind", str) in KINDS, "a claim is of no known kind")
+    one = data["panel_mm"] is not None or all(claim.get("array") == claims[0].get("array") for claim in claims)
+    formed(one, "its claims are of several arrays, and a pattern has one")
     try:
         same = data.get("sha256") == checksum({key: data[key] for key in data if key != "sha256"})
     except (ValueError, TypeError, RecursionError):
@@ -263,14 +265,14 @@ def main(kind: str, checked: Callable[[Any, Clock], str], description: str | Non
         formed(path.is_file() or not path.exists(), "it is a folder, a pipe or a device")
         with path.open("rb") as file:
             data = parsed(file.read(MAX_BYTES + 1))
-        claims = [claim for claim in claims_of(data) if claim["kind"] == kind]
+        claims = {k: claim for k, claim in enumerate(claims_of(data), 1) if claim["kind"] == kind}
         formed(claims, f"no {kind} is claimed")
-        for sentence in [checked(claim, clock) for claim in claims]:
-            print(f"the array in the file, named {data['of']!r}: proved: {sentence}")
+        for k, sentence in [(k, checked(claim, clock)) for k, claim in claims.items()]:
+            print(f"the array of claim {k} in the file, named {data['of']!r}: proved: {sentence}")
     except (NoCertificateError, OSError) as error:
-        stop(f"{options.file}: no certificate: {error}", 2)
+        stop(f"{printable(options.file)}: no certificate: {printable(error)}", 2)
     except NotProvedError as error:
-        stop(f"{options.file}: not proved: {error}", 1)
+        stop(f"{printable(options.file)}: not proved: {error}", 1)
 
 
 def stop(message: str, code: int) -> None:

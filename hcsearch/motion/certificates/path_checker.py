@@ -190,6 +190,7 @@ class Array:
     def tube_of(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any) -> Reals:
         """Return what `tube` does of some pieces, which are computed at once."""
         self.clock.check()
+        need(len(rows) <= moving.sum(), "fewer hinges turn than equations close the loops")
         order, others = int(len(wrenches) > 0), np.linalg.svd(wrenches)[2][len(wrenches) :]
         rule = np.concatenate([others, wrenches])  # combines equations, with a norm of no more than `mixed`
         steps = 4 * len(self.hinges) + 12 * len(rows) + 60  # operations of a bound, each with what is rounded
@@ -314,7 +315,8 @@ class Array:
     def check_gaps(self, cubics: Reals, radii: Reals) -> None:
         """Refuse pieces in which shrunk facets may overlap or hinges pass their stops; halve undecided pieces [8]."""
         middles = self.corners.mean(1, keepdims=True)
-        wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None] + 1e-11
+        wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None]
+        wide += 1e-11 + 2.0 * self.error
         every, (one, two) = np.ones((1, len(self.pairs)), bool), self.pairs.T
         size = max(1, min(64, CELLS // (1 + len(self.pairs))))
         parts = [slice(k, k + size) for k in range(0, len(cubics), size)]

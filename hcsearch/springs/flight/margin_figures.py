@@ -155,8 +155,9 @@ def _gap_times(course: Course, found: CertifiedMargin) -> Reals:
         times += [every[(every > start) & (every < end)], np.linspace(start, end, 3)[1:-1]]
         times += [start + (end - start) * shares] if start == first else []
         times += [end - (end - start) * shares] if end == last else []
-    tried: Reals = np.concatenate(times)
-    return tried[(tried > first) & (tried < last)]
+    tried = np.concatenate(times)
+    inner: Reals = tried[(tried > first) & (tried < last)]
+    return inner
 
 
 def _tried(travel: Travel, course: Course, friction: Reals, times: Reals, *, doubtful: bool) -> _Tried:
