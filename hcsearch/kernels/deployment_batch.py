@@ -144,7 +144,7 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
             course = _course(subject, motion, cubic)
             openings = np.full(max(0, len(motion[0]) - 1), residual)
             if not cubic and residual > INTERPOLATED_STATE_RESIDUAL:
-                openings = step_openings(tree, motion, INTERPOLATED_STATE_RESIDUAL, work)
+                openings = step_openings(tree, motion, False, INTERPOLATED_STATE_RESIDUAL, work)
             slacks = subject.residual_lever * openings
             tolerances = ClearanceTolerances(slacks, rules.margin, subject.max_margin, rules.resolution)
             verdict = judge_clearance(

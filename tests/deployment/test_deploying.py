@@ -158,6 +158,16 @@ def test_motion_without_inertia_is_the_limit_of_great_damping():
     assert slow[0] / slow[1] == pytest.approx((100 / 30) ** 2, rel=0.1)
 
 
+@pytest.mark.parametrize(("name", "kind"), [("kite:23203030:3", "collides"), ("triangle:0123434501:1", "clear")])
+def test_contact_without_inertia_does_not_hang_on_the_method(name, kind):
+    for method in ("implicit", "bogacki-shampine", "dormand-prince", "dormand-prince-8"):
+        found = simulate_deployment(linkage_named(name), DEFAULT, "quasistatic", method=method)
+        assert found.clearance.kind == kind
+        assert found.clearance.time is None or found.clearance.time > 0.4
+        assert found.outcome == "flat"
+        assert found.motion.times[-1] == pytest.approx({"collides": 0.79, "clear": 0.26}[kind], rel=0.05)
+
+
 def test_the_implicit_method_is_right_on_a_heavily_damped_scene():
     linkage = linkage_named("hex:0234550132:4")
     scene = replace(DEFAULT, damping=300 * 0.0043, seconds=0.3)

@@ -58,6 +58,23 @@ def test_motions_whose_loops_stay_closed_stay_as_they_are():
         assert table.tobytes() == getattr(deployment.motion, own).tobytes()
 
 
+@pytest.mark.parametrize("method", ["implicit", "dormand-prince-8"])
+def test_motions_without_inertia_have_closed_rates_and_states_between(method):
+    """By cubics: the implicit method once gave them rates of hundreds of rad/s, and long steps opened the loops."""
+    linkage = linkage_named("hex:0234550132:4")
+    deployment = simulate_deployment(linkage, DEFAULT, "quasistatic", method=method)
+    exact = simulate_deployment(linkage, DEFAULT, "quasistatic", tolerance=1e-10, certified=False).motion
+    (times, q, v, _), gaps = closed_between(deployment.compiled.system, deployment.motion)
+    moving = times < 0.9 * times[-1]
+    assert len(times) > len(deployment.motion.times)
+    assert gaps.max() < 2.0 * INTERPOLATED_STATE_RESIDUAL
+    assert np.abs(q[moving] - exact.at(times[moving])).max() < 1e-3
+    for k in np.flatnonzero(moving):
+        angles, rates = deployment.compiled.of_hinges(q[k : k + 1], v[k : k + 1])
+        assert np.abs(linkage.closure(angles[0])[1] @ rates[0]).max() < 1e-6 * np.abs(rates).max()
+    assert deployment.clearance.kind == "clear"
+
+
 def test_springs_across_the_loops_close_them_as_they_do():
     deployment = deployed("hex:0234550132:4", 1e-3, "compliant")
     motion, system = deployment.motion, deployment.compiled.system

@@ -227,7 +227,7 @@ def largest_opening(tree: BodyTree, states: StateSeries, cubic: bool, work: Work
 
 
 @compiled
-def step_openings(tree: BodyTree, states: StateSeries, closed: float, work: Work) -> Reals:
+def step_openings(tree: BodyTree, states: StateSeries, cubic: bool, closed: float, work: Work) -> Reals:
     """Return a bound of the closure residual (rad, or gap over size) in each step between k states, (k - 1,).
 
     It is the greatest of the step itself where that exceeds `closed`; the others have one bound, `closed` at most.
@@ -235,7 +235,7 @@ def step_openings(tree: BodyTree, states: StateSeries, closed: float, work: Work
     times, q, v, a = states
     openings = np.zeros(max(0, len(times) - 1))
     for k in range(len(openings)):
-        openings[k] = largest_opening(tree, (times[k : k + 2], q[k : k + 2], v[k : k + 2], a[k : k + 2]), False, work)
+        openings[k] = largest_opening(tree, (times[k : k + 2], q[k : k + 2], v[k : k + 2], a[k : k + 2]), cubic, work)
     common = 0.0
     for opening in openings:
         common = max(common, min(opening, closed))
@@ -302,15 +302,17 @@ def _with_cubic_steps(tree: BodyTree, states: StateSeries, closed: float, work: 
 def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, work: Work) -> StateSeries:
     """Return a motion with closed states inserted in the middle of steps whose loops open by more than `closed`.
 
-    Steps that cubics describe better are described by these first. The new states are the projections of the
-    polynomials onto closed loops, where Newton's method converges; the halves are refined in the same way, up to
-    `MAX_REFINEMENT_PASSES` times.
+    Steps that cubics describe better are described by these first, and all steps of motions without inertia, whose
+    accelerations are 0. The new states are the projections of the polynomials onto closed loops, where Newton's method
+    converges; the halves are refined in the same way, up to `MAX_REFINEMENT_PASSES` times.
     """
     tree, n = mechanism.tree, states[1].shape[1]
     slides = np.zeros(len(mechanism.hinges.friction), np.int8)
     hold = DiscreteState(np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(0, np.int8), slides)
     course, scale = np.empty((n, COURSE_TERM_COUNT)), largest_pivot(mechanism, states[1][0], work)
-    states = _with_cubic_steps(tree, states, closed, work)
+    cubic = mechanism.overdamped
+    if not cubic:
+        states = _with_cubic_steps(tree, states, closed, work)
     for _ in range(MAX_REFINEMENT_PASSES):
         times, q, v, a = states
         count = len(times)
@@ -320,7 +322,7 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
             h = times[k + 1] - times[k]
             if h <= 0.0:
                 continue
-            write_course(h, False, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
+            write_course(h, cubic, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
             write_course_angles(course, 0.5, middles[0, k])
             place_bodies(tree, middles[0, k], work)
             residual = weld_errors(tree, work, work.errors)
@@ -353,9 +355,12 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
 def _close(mechanism: Mechanism, hold: DiscreteState, scale: float, q: Reals, v: Reals, a: Reals, work: Work) -> float:
     """Project a state onto closed loops, and write its accelerations; return the remaining closure residual.
 
-    Near singular states Newton's method may diverge: the residual is then no smaller than before.
+    Without inertia the state decides its velocities. Near singular states Newton's method may diverge: the residual is
+    then no smaller than before.
     """
     residual = 0.0
+    if mechanism.overdamped:
+        v[:] = 0.0
     for _ in range(2):
         accelerate(mechanism, hold, q, v, scale, True, work, a)
         residual, _ = project_state(mechanism.tree, hold.held, q, v, 1e-14, work)
@@ -363,4 +368,7 @@ def _close(mechanism: Mechanism, hold: DiscreteState, scale: float, q: Reals, v:
     for i in range(len(hold.held)):
         if hold.held[i]:
             v[i] = a[i] = 0.0
+    if mechanism.overdamped:
+        v[:] = a
+        a[:] = 0.0
     return residual

@@ -123,9 +123,14 @@ def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Real
 def _euler_step(
     mechanism: Mechanism, hold: DiscreteState, h: float, scale: float, work: Work, a: Reals, state: Reals
 ) -> None:
-    """Advance a state (q, v, energy lost, time) by one linearly implicit Euler step."""
+    """Advance a state (q, v, energy lost, time) by one linearly implicit Euler step.
+
+    Without inertia the velocities at its start do not count: dampers and springs decide those of the step.
+    """
     n = len(a)
     q, v = state[:n], state[n : 2 * n]
+    if mechanism.overdamped:
+        v[:] = 0.0
     update_bodies(mechanism, hold, q, v, work)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
     add_friction(mechanism.hinges, hold.slides, work.torques)
@@ -184,6 +189,9 @@ def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
     end[2 * n] = table[columns - 1, 2 * n]
     end[2 * n + 1] = start[2 * n + 1] + h
     for i in range(2 * n):
+        if i >= n and stepper.mechanism.overdamped:
+            end[i] = 0.0
+            continue
         end[i] = table[columns - 1, i]
         weight = stepper.absolute_tolerance + stepper.relative_tolerance * max(abs(start[i]), abs(end[i]))
         error += ((table[columns - 1, i] - table[columns - 2, i]) / weight) ** 2

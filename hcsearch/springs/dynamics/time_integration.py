@@ -241,8 +241,8 @@ def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
     """
     tree = system.mechanism.tree
     states, work = _refined(system, motion), work_for(tree)
-    if not motion.cubic:
-        return states, step_openings(tree, states, INTERPOLATED_STATE_RESIDUAL, work)
+    if not system.closure_stiffness:
+        return states, step_openings(tree, states, motion.cubic, INTERPOLATED_STATE_RESIDUAL, work)
     gaps = np.zeros(len(states[0]) - 1)
     for k in range(0, len(gaps), OPENING_BATCH_STEPS):
         times, q, v, a = (part[k : k + OPENING_BATCH_STEPS + 1] for part in states)
@@ -259,7 +259,7 @@ def greatest_opening(system: System, motion: Motion) -> float:
 def _refined(system: System, motion: Motion) -> StateSeries:
     mechanism = system.mechanism
     states: StateSeries = (motion.times, motion.q, motion.v, motion.a)
-    if motion.cubic or not len(mechanism.tree.rows):
+    if system.closure_stiffness or not len(mechanism.tree.rows):
         return states
     return refined_motion(mechanism, states, INTERPOLATED_STATE_RESIDUAL, work_for(mechanism.tree))
 
