@@ -63,6 +63,32 @@ def _area(facet):
     return 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
+@pytest.mark.parametrize("ending", [".urdf", ".xml"])
+@pytest.mark.parametrize(
+    ("values", "remark"),
+    [
+        ({}, None),
+        ({"friction": 0.02}, "the friction of the model is not used: it comes from --friction or --scene"),
+        ({"damping": 0.1}, "the damping of the model is not used: it comes from --scene"),
+        ({"spring": "linear:0.1+0.02"}, "the springs of the model are not used: they come from --scene"),
+        (
+            {"gravity": "0,0,-9.81", "held": "free", "springs": {"2": "linear:0.2"}},
+            "the springs, damping, gravity and floating base of the model are not used: they come from --gravity, "
+            "--held or --scene",
+        ),
+    ],
+    ids=str,
+)
+def test_what_a_model_states_and_no_command_uses_is_named(values, remark, ending, tmp_path, capfd):
+    path = tmp_path / f"a{ending}"
+    save("hex:0234550132:4", path, db="none.sqlite", values=values)
+    capfd.readouterr()
+    resolve(str(path), "none.sqlite")
+    design, *remarks = sorted(capfd.readouterr().err.splitlines(), key=lambda line: line.startswith(f"{path}:"))
+    assert "is no design of a grid" in design
+    assert remarks == ([] if remark is None else [f"{path}: {remark}"])
+
+
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [

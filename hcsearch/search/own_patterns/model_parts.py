@@ -115,11 +115,20 @@ class ModelClosures:
         The fold angle (rad) of each joint in the packed state, by its name.
     welds
         Pairs of links that are parts of one panel.
+    laws
+        The springs of the joints, as the file states them.
+    gravity
+        The same of gravity, m/s^2.
+    floats
+        Whether the base is free.
     """
 
     base: str
     packed_angles: dict[str, float]
     welds: list[tuple[str, str]]
+    laws: tuple[Any, ...] = ()
+    gravity: tuple[Any, ...] = ()
+    floats: bool = False
 
 
 def read_closures(model_path: str) -> ModelClosures:
@@ -139,7 +148,13 @@ def read_closures(model_path: str) -> ModelClosures:
         [_value(_value(closure, end, dict, path), "link", str, path) for closure in closures]
         for end in ("first", "second")
     )
-    return ModelClosures(_value(data, "base", str, path), packed_angles, list(zip(first, second, strict=True)))
+    gravity = data.get("gravity_m_s2")
+    return ModelClosures(
+        *(_value(data, "base", str, path), packed_angles, list(zip(first, second, strict=True))),
+        laws=tuple(facts["law"] for facts in joints.values() if "law" in facts),
+        gravity=tuple(gravity) if isinstance(gravity, list) else (),
+        floats=data.get("base_floats") is True,
+    )
 
 
 def _packed_angle(facts: Any, joint: str, path: Path) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.motion.collision.panel_prisms import inset_facet
 from hcsearch.search.own_patterns.flat_models import FlatModel, ModelHinge
 from hcsearch.search.own_patterns.fold_reading import PatternDrawing, parse_fold
+from hcsearch.search.own_patterns.model_loads import unused_loads
 from hcsearch.search.own_patterns.model_parts import (
     MAX_MODEL_BYTES,
     ModelClosures,
@@ -42,13 +44,14 @@ def read_model(path: str) -> PatternDrawing:
     root = read_model_file(path)
     if root.element.tag not in ("robot", "mujoco"):
         raise model_error(path, f"its outermost element is {root.element.tag:.60}, neither robot nor mujoco")
-    model = _read_urdf(root) if root.element.tag == "robot" else _read_mjcf(root)
-    return parse_fold(json.dumps(model.fold_data()), path)
+    closures = read_closures(path) if root.element.tag == "robot" else None
+    model = _read_mjcf(root) if closures is None else _read_urdf(root, closures)
+    drawing = parse_fold(json.dumps(model.fold_data()), path)
+    return replace(drawing, remarks=(*drawing.remarks, *unused_loads(root, closures)))
 
 
-def _read_urdf(root: ModelPart) -> FlatModel:
-    """Read the tree of a URDF file, its meshes, and the loops from the file of closures beside it."""
-    closures = read_closures(root.path)
+def _read_urdf(root: ModelPart, closures: ModelClosures) -> FlatModel:
+    """Read the tree of a URDF file, its meshes, and the loops from its closures."""
     model = FlatModel(root.path, frames={closures.base: np.zeros(3)}, welds=closures.welds)
     for joint in root.parts("joint"):
         _add_joint(model, joint, closures)
