@@ -12,7 +12,7 @@ _BRANCHING, _TOUCHING = "branch-singular", "contact not decided"
 UNDECIDED_REMEDIES = {
     "moving": "a scene with more seconds",
     "at rest": "other springs, as of hcsearch tune",
-    "stuck": "stiffer springs or less friction",
+    "stuck": "stiffer springs, or less friction or harness",
     "jammed": _COMPLIANT,
     "diverged": _COMPLIANT,
     "out of steps": "hcsearch deploy with --method implicit or a larger --tolerance",

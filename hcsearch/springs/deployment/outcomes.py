@@ -61,7 +61,7 @@ def _remedy(compiled: CompiledScene, ending: SimulationStop, *, driven: bool) ->
         "time": "drive it more slowly, or more firmly" if driven else "give it more seconds",
         "steps": easier,
         "short": easier,
-        "stuck": "give stiffer springs or less friction",
+        "stuck": "give stiffer springs, or less friction or harness",
         "open": closer,
         "diverged": f"{tighter}, or take the implicit method",
         "energy": closer if compiled.formulation == "constrained" else tighter,
@@ -69,13 +69,13 @@ def _remedy(compiled: CompiledScene, ending: SimulationStop, *, driven: bool) ->
 
 
 def _friction_sentence(compiled: CompiledScene, motion: Motion) -> str:
-    """Return a sentence on the friction that holds an array at the end of a motion."""
+    """Return a sentence on the friction and harness, a sum, that hold an array at the end of a motion."""
     torques = np.abs(holding_friction(compiled.system, motion.q[-1]))
     friction = np.array([drive.friction for drive in compiled.system.drives])
     joint = int(np.divide(torques, friction, out=np.zeros_like(torques), where=friction > 0.0).argmax())
     torque, most = (short_number(values[joint] / compiled.shares[joint], 3) for values in (torques, friction))
     hinges = named_hinges(compiled.linkage, compiled.hinges_of(joint))
-    return f"friction is used most in hinges {hinges}, {torque} of {most} N m"
+    return f"friction or harness is used most in hinges {hinges}, {torque} of {most} N m"
 
 
 def reason_with_clearance(reason: str, outcome: Ending, clearance: Clearance | None, labels: Labels) -> str:

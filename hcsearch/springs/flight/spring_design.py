@@ -144,7 +144,7 @@ def least_preloads(rule: SpringRule, torques: Reals, greatest: float, *, bounded
     if found is None:
         raise HcsearchError(
             f"no preloads up to {greatest:g} N m were found with a torque margin of {rule.required:g}: allow greater "
-            "ones, or give other springs or less friction"
+            "ones, or give other springs, or less friction or harness"
         )
     at_hinges = found.amounts @ rule.members
     ratios = rule.ratios(torques + at_hinges, found.rates)
