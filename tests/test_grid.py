@@ -337,6 +337,8 @@ def test_a_blank_is_an_empty_place_however_a_drawing_is_written(rows, sign, writ
         ("XXX / X.X/XXX", "row 2 of .* begins with a blank"),
         (" XX / XX", "row 1 of 'XX / XX' begins with a blank"),
         ("XOX/OXO", "the drawing has the signs O and X: draw cells as X and empty places as ."),
+        ("XXX/X_X/XXX", "row 2: 'X_X' is no row of a drawing: draw cells as X, or all as O, # or 1, and empty places"),
+        ("111 / 1-1 / 111", "row 2: '1-1' is no row of a drawing"),
         ("XX / / XX", "not connected .2 pieces.: join them by shared edges; a blank in a drawing is an empty place"),
     ],
 )
@@ -388,6 +390,9 @@ def test_files_as_other_programs_write_them(grid, text, notation, tmp_path):
         ("[[1 1 1]\n [1 0 1]]", "is no cell: write x,y, or draw rows of 1 and 0 without blanks"),
         ("XX#X\nXXXX", "the drawing has the signs # and X"),
         ("***\n*.*", "'[*]{3}' is no heading of cells: write x,y, or draw rows of X and ."),
+        ("XXX\n\nX_X\nX_X\n", "cells.txt: line 3: 'X_X' is no row of a drawing: draw cells as X, .* as . or blanks"),
+        ("_X_\nXXX\n", "line 1: '_X_' is no row of a drawing"),
+        ("111\n1-1\n111\n", "line 2: '1-1' is no row of a drawing"),
         ("XXX\n\nXXX\n", "not connected .2 pieces.: .*; a blank in a drawing is an empty place"),
         ("...\n", "has no cell: draw cells as X"),
         ("# note\n#####\n", "holds no cells: .*# begins a comment"),

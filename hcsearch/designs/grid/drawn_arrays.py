@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from hcsearch.basics.errors import ArrayError, HcsearchError, NotationError
 from hcsearch.designs.grid.arrays import Array, cell_form, check_size, is_cell
@@ -57,9 +57,24 @@ def array_in_file(grid: Grid, path: str) -> Array:
     try:
         if marks <= set("X#O") or of_digits:
             return _drawn(grid, rows)
+        refuse_strange_row(listed, "line")
         return Array.from_cells(grid, _listed_cells(grid, listed))
     except HcsearchError as error:
         raise type(error)(f"{path}: {error}") from None
+
+
+def refuse_strange_row(rows: Mapping[int, str], kind: str) -> None:
+    """Refuse rows of which some are drawn and others have further signs: NotationError with the first of the latter.
+
+    rows : by their numbers. kind : row or line. Rows of digits are drawn only where no row has several words, as cells.
+    """
+    signs = "X#O" if any(re.search(r"\S[\s,;]+\S", row) for row in rows.values()) else "X#O10"
+    strange = [number for number, row in rows.items() if not _marks(row) <= {*signs}]
+    if strange and any(_marks(row) and number not in strange for number, row in rows.items()):
+        raise NotationError(
+            f"{kind} {strange[0]}: {rows[strange[0]].strip()!r:.60} is no row of a drawing: draw cells as X, or all as "
+            "O, # or 1, and empty places as . or blanks"
+        )
 
 
 def _marks(text: str) -> set[str]:

@@ -6,7 +6,7 @@ import re
 
 from hcsearch.basics.errors import NotationError, expect_kind
 from hcsearch.designs.grid.arrays import Array, check_size
-from hcsearch.designs.grid.drawn_arrays import array_in_file, drawn_array, is_drawing
+from hcsearch.designs.grid.drawn_arrays import array_in_file, drawn_array, is_drawing, refuse_strange_row
 from hcsearch.designs.grid.lattice_regions import HEXAGONS, SQUARES, TRIANGLES, blocks, within
 from hcsearch.designs.grid.tessellation import LatticePoint
 from hcsearch.designs.grid.tilings import Cell, Grid, grid_of
@@ -76,6 +76,7 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
             if cells is None:
                 raise NotationError(f"the {grid.name} grid has no array {spec!r}: {_help(grid)}")
             return Array.from_cells(grid, cells)
+    refuse_strange_row(dict(enumerate(re.split("[/\n]", spec), 1)), "row")
     raise NotationError(f"malformed array {spec!r}: {_help(grid)}")
 
 
