@@ -30,6 +30,8 @@ STRIP = """1 0 0 3 0
 3 2 0 2 2
 """
 """Three panels in a row, as a user drew them in a file `.cp` (cases of the referees, 2026)."""
+PARTED = "1 0 0 3 0\n1 3 0 3 2\n1 3 2 0 2\n1 0 2 0 0\n2 1 0 1 1\n3 1 1 1 2\n4 0 1 3 1\n"
+"""Panels of which a crease changes where an auxiliary line would part them."""
 LETTERS = {1: "B", 2: "M", 3: "V"}
 COLOURS = {"B": "#000000", "M": "#ff0000", "V": "#0000ff", "C": "#00ff00", "F": "#ffff00", "U": "#ff00ff"}
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" {}>{}</svg>'
@@ -202,6 +204,14 @@ def test_shapes_without_a_stroke_are_named(tmp_path, capfd):
     assert "a.svg: left out are rect without a stroke\n" in result.stderr
 
 
+@pytest.mark.parametrize("name", ["a.cp", "a.opx"])
+def test_auxiliary_lines_that_are_left_out_are_named(name, tmp_path, capfd):
+    for text, said in ((STRIP, False), (STRIP + "4 0 0 1 2\n", True)):
+        path = written(tmp_path, name, opx_of(text) if name == "a.opx" else text)
+        result = run_here(["show", path], capfd)
+        assert (f"{path}: left out are auxiliary lines, of other types than 1, 2 and 3\n" in result.stderr) == said
+
+
 def test_a_drawing_fits_into_both_sides_of_its_page(tmp_path):
     path = written(tmp_path, "a.svg", svg_of(STRIP, 'width="90cm" height="6cm" viewBox="0 0 3 2"'))
     assert show(path).facts()["longest_edge_mm"] == pytest.approx(60.0)
@@ -222,6 +232,9 @@ def test_a_physical_width_of_an_svg_gives_the_size_of_panels(tmp_path):
         ("a.cp", "1 0 0 1e300 1\n", "line 1"),
         ("a.cp", "-1 0 0 1 1\n", "line 1"),
         ("a.cp", "1 0 0 1 1\n", "edges bound no panel"),
+        ("a.cp", "1 0 0 1 1\n4 0 0 1 0\n", "bound no panel.*; left out are auxiliary lines, of other types than 1, 2"),
+        ("a.cp", PARTED, "has two assignments: .*; left out are auxiliary lines, of other types than 1, 2 and 3"),
+        ("a.opx", opx_of(PARTED), "has two assignments: .*; left out are auxiliary lines"),
         ("a.opx", "x", "is no XML"),
         ("a.opx", "<java/>", "has no line"),
         ("a.opx", opx_of("1 0 0 3 7\n").replace("7.0", "x"), "y1 of line 0 is no number"),
@@ -232,7 +245,17 @@ def test_a_physical_width_of_an_svg_gives_the_size_of_panels(tmp_path):
         ("a.svg", svg_of(STRIP).replace("#0000ff", "royalblue"), "colour royalblue"),
         ("a.svg", SVG.format("", '<path stroke="red" d="M0 0C1 1 2 2 3 0"/>'), "has a curve .command C"),
         ("a.svg", SVG.format("", '<path stroke="red" d="M0 0L1"/>'), "has 1 numbers after the command L"),
-        ("a.svg", SVG.format("", '<line x2="5em" stroke="red"/>'), "'5em' where numbers are due"),
+        (
+            "a.svg",
+            SVG.format("", '<line x2="5em" stroke="red"/>'),
+            "'5em' where numbers are due; write numbers without a unit",
+        ),
+        (
+            "a.svg",
+            SVG.format("", '<line x2="43.3mm" stroke="red"/>'),
+            "'43.3mm' where numbers are due; write numbers without a unit, and the size as width='90mm' and viewBox",
+        ),
+        ("a.svg", SVG.format("", '<line x2="five" stroke="red"/>'), "'five' where numbers are due; write numbers, or"),
         ("a.svg", SVG.format("", '<line x2="1" stroke="red" transform="spin(3)"/>'), "has the transform 'spin'"),
         ("a.svg", SVG.format("", '<line x2="1" stroke="red" opacity="2"/>'), "opacity '2', which is not from 0 to 1"),
         ("a.svg", SVG.format("", "<style>g>a{stroke:red}</style>"), "selector 'g>a': write strokes as attributes"),

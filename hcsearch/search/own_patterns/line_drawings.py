@@ -51,7 +51,7 @@ def read_cp(path: str) -> PatternDrawing:
             )
         _, x1, y1, x2, y2 = (value or 0.0 for value in values)
         lines.append(CreaseLine(LINE_LETTERS.get(int(words[0]), _AUXILIARY), (x1, -y1), (x2, -y2)))
-    return drawing_of_lines(lines, path)
+    return drawing_of_lines(lines, path, left_out=_left_out(lines))
 
 
 def read_opx(path: str) -> PatternDrawing:
@@ -69,13 +69,22 @@ def read_opx(path: str) -> PatternDrawing:
             values[name] = value or 0.0
         letter = LINE_LETTERS.get(int(values["type"]), _AUXILIARY)
         lines.append(CreaseLine(letter, (values["x0"], -values["y0"]), (values["x1"], -values["y1"])))
-    return drawing_of_lines(lines, path)
+    return drawing_of_lines(lines, path, left_out=_left_out(lines))
+
+
+def _left_out(lines: Sequence[CreaseLine]) -> str:
+    """Return a clause on auxiliary lines; empty without any."""
+    has_any = any(line.letter == _AUXILIARY for line in lines)
+    return "left out are auxiliary lines, of other types than 1, 2 and 3" if has_any else ""
 
 
 def drawing_of_lines(
-    lines: Sequence[CreaseLine], path: str, unit: str | None = None, remarks: Sequence[str] = ()
+    lines: Sequence[CreaseLine], path: str, unit: str | None = None, left_out: str = ""
 ) -> PatternDrawing:
-    """Return the drawing that lines make; unit : of length, as in FOLD files. InputFileError for no flat pattern."""
+    """Return the drawing that lines make; unit : of length, as in FOLD files. left_out : a clause, a remark or empty.
+
+    InputFileError for no flat pattern, with this clause.
+    """
     if not lines:
         raise InputFileError(f"{path} is no crease pattern: it has no line; draw one, or export it as FOLD")
     if 2 * len(lines) > MAX_FOLD_ENTRIES:
@@ -87,8 +96,11 @@ def drawing_of_lines(
         "edges_foldAngle": [line.angle for line in lines],
         "frame_unit": unit,
     }
-    drawing = drawing_of_data(data, path)
-    return replace(drawing, remarks=(*remarks, *drawing.remarks))
+    try:
+        drawing = drawing_of_data(data, path)
+    except InputFileError as error:
+        raise InputFileError("; ".join(filter(None, (str(error), left_out)))) from None
+    return replace(drawing, remarks=(*filter(None, [left_out]), *drawing.remarks))
 
 
 def read_xml(path: str) -> Xml.Element:

@@ -39,6 +39,8 @@ _UNDRAWN = {"defs", "symbol", "clipPath", "mask", "marker", "pattern", "style", 
 """Elements of which nothing is drawn where they are."""
 _NO_LINES = {"circle", "ellipse", "text", "image", "use", "foreignObject"}
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_UNIT = "(?:mm|cm|in|Q|pt|pc|px|em|ex|rem|%)"
+"""The units of lengths in SVG."""
 _LAYER_IDS = {"CUT", "ENGRAVE"}
 """Layers of the sheets for laser cutters that `hcsearch export` writes, whose colours have other meanings."""
 _ARGUMENTS = {"M": 2, "L": 2, "H": 1, "V": 1, "Z": 0}
@@ -70,11 +72,7 @@ def read_svg(path: str) -> PatternDrawing:
     for letter, start, end, angle in reader.lines:
         (x1, y1), (x2, y2) = (flip * start).tolist(), (flip * end).tolist()
         lines.append(CreaseLine(letter, (x1, y1), (x2, y2), angle if stated else None))
-    left_out = reader.left_out()
-    try:
-        return drawing_of_lines(lines, path, unit, [left_out.removeprefix("; ")] if left_out else [])
-    except InputFileError as error:
-        raise InputFileError(f"{error}{left_out}") from None
+    return drawing_of_lines(lines, path, unit, reader.left_out().removeprefix("; "))
 
 
 @dataclass
@@ -87,11 +85,11 @@ class _Reader:
     colours: dict[str, None] = field(default_factory=dict)
     elements: dict[str, None] = field(default_factory=dict)
 
-    def wrong(self, element: Xml.Element, what: str) -> InputFileError:
-        """Return the error for an element; what : a clause."""
+    def wrong(self, element: Xml.Element, what: str, remedy: str = "draw straight lines") -> InputFileError:
+        """Return the error for an element; what, remedy : clauses."""
         name = element.get("id")
         named = f"{_tag(element):.40} {name!r:.40}" if name else f"a {_tag(element):.40}"
-        return InputFileError(f"{self.path}: {named} {what}; draw straight lines, or export the pattern as FOLD")
+        return InputFileError(f"{self.path}: {named} {what}; {remedy}, or export the pattern as FOLD")
 
     def left_out(self) -> str:
         """Return a clause on what is left out; empty where all is read."""
@@ -190,7 +188,11 @@ class _Reader:
     def _numbers(self, element: Xml.Element, text: str) -> list[float]:
         """Return the numbers in a text."""
         if re.sub(rf"{_NUMBER}|[\s,]", "", text):
-            raise self.wrong(element, f"has {text.strip()!r:.40} where numbers are due")
+            has_unit = re.search(rf"{_NUMBER}\s*{_UNIT}", text)
+            remedy = "write numbers without a unit, and the size as width='90mm' and viewBox='0 0 90 60' of the svg"
+            raise self.wrong(
+                element, f"has {text.strip()!r:.40} where numbers are due", remedy if has_unit else "write numbers"
+            )
         numbers = [float(number) for number in re.findall(_NUMBER, text)]
         if not all(map(is_finite_number, numbers)):
             raise self.wrong(element, "has a number that is too large")
