@@ -31,6 +31,9 @@ _OTHER_FILES = {
     (".orh", ".ori", ".orihimex"): ("a file of Orihime or Oriedita", "export it there"),
     (".png", ".jpg", ".jpeg", ".webp", ".gif"): ("a picture", "draw it as a crease pattern"),
     (".json", ".csv", ".parquet", ".txt"): ("a table or data", "name the design, or draw the crease pattern"),
+    (".gz", ".svgz", ".zip", ".bz2", ".xz", ".zst", ".7z"): (
+        "a compressed file", "unpack it first, and name what it holds"
+    ),
 }  # fmt: skip
 """What users may take for patterns: by endings, what it is, and how it becomes a pattern."""
 

@@ -279,6 +279,8 @@ def test_what_is_no_crease_pattern_is_refused_in_one_line(name, text, message, t
         ("c:a.orh", "a file of Orihime or Oriedita: export it there, as .fold, .cp"),
         ("a.png", "a picture: draw it"),
         ("a.csv", "a table or data: name the design"),
+        ("a.fold.gz", "a compressed file: unpack it first, and name what it holds, as .fold, .cp or a coloured .svg"),
+        ("a.svgz", "a compressed file: unpack it first"),
     ],
 )
 @pytest.mark.parametrize("command", ["check", "show", "motion", "deploy", "export", "prove"])
