@@ -226,6 +226,8 @@ def test_an_envelope_in_centimetres_is_an_empty_table_with_the_sizes_there_are(p
     assert (done.exit_code, done.stdout) == (0, "id\n")
     (box,) = re.findall(r"^no design: the smallest folded array here is (\S+) mm, and sizes are in mm$", done.stderr)
     assert call("query", f"fits={box}", "--db", path, "--format", "csv", "-c", "id").count("\n") > 1
+    refused = call("report", "fits=10x10x34", "--db", path, "--output", path.with_name("none.html"), code=2)
+    assert f": the smallest folded array here is {box} mm, and sizes are in mm" in refused
 
 
 class StopError(Exception):

@@ -78,7 +78,7 @@ def test_the_page_says_what_was_searched_and_what_was_left_out(database):
 def test_a_report_of_no_designs_is_refused(database, tmp_path):
     data = fetch_report_data(database, "n=99", limit=None)
     assert set(counts(data).values()) == {0}
-    with pytest.raises(QueryError, match="no design satisfies 'n=99': see `hcsearch query`"):
+    with pytest.raises(QueryError, match="no design satisfies 'n=99': n is from 8 to 16 here"):
         write_report(database, "n=99", tmp_path / "new" / "none.html")
     assert list(tmp_path.iterdir()) == []
 

@@ -17,6 +17,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import Database, open_readonly
 from hcsearch.store.columns import DESIGN_QUANTITIES, FOLDING_QUANTITIES, Quantity
+from hcsearch.store.empty_results import empty_result_reason
 from hcsearch.system.outputs import write_output
 from hcsearch.system.work_steps import work_step
 from hcsearch.web.player import player_script
@@ -226,7 +227,8 @@ def write_report(
     """
     data = fetch_report_data(database, query, limit, sort, scene)
     if not data.total:
-        raise QueryError(f"no design satisfies {query!r}: see `hcsearch query` for those of the database")
+        reason = empty_result_reason(database, query, scene=scene)
+        raise QueryError(f"no design satisfies {query!r}: {reason or 'see `hcsearch query` for those of the database'}")
     data = with_first_motion(replace(data, title=title) if title else data, database)
     page = render_report(data)
     write_output(path, page)
