@@ -21,6 +21,7 @@ from hcsearch.designs.folding import Folding
 from hcsearch.export.bulk_export import BulkProgress, BulkRequest, SavedDesigns, designs_of_query, export_designs
 from hcsearch.export.bulk_targets import bulk_kind_of, open_bulk_target
 from hcsearch.export.export_files import (
+    check_export_loads,
     check_export_motion,
     checked_export_settings,
     export_files,
@@ -83,6 +84,7 @@ def save(
     export_settings = replace(
         checked_export_settings(export_format, settings), stem=Path(path).stem, ending=Path(path).suffix.lower()
     )
+    check_export_loads(export_format, values, motion, export_settings.state)
     check_output(path)
     case_arguments = {"scene": scene, "panel": panel, "flat_pairs": flat_pairs, "values": values}
     exported, files = export_files(what, export_format, export_settings, motion, db, **case_arguments)
@@ -149,6 +151,7 @@ def save_designs(
     export_settings = checked_export_settings(export_format, settings)
     export_format.check_installed()
     check_export_motion(export_format, motion, export_settings.state)
+    check_export_loads(export_format, values, motion, export_settings.state)
     with reading_database(db) as database:
         # without any verdict, the columns that depend on a scene are unknown in all scenes
         is_judged = bool(store.scene_names(database))

@@ -21,6 +21,9 @@ from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat, FileContent
 from hcsearch.export.settings import SETTING_NAMES, ExportSettings, ExportState
 from hcsearch.system.work_steps import work_step
 
+_LOADS = ("held", "seconds", "gravity", "friction")
+"""Values of a scene on which only motions and models for simulators depend, and for which `export` has an option."""
+
 
 def checked_export_settings(export_format: ExportFormat, values: Mapping[str, Any]) -> ExportSettings:
     """Check the settings of an export; HcsearchError for settings that the format does not support."""
@@ -45,6 +48,21 @@ def check_export_motion(export_format: ExportFormat, by: ReplaySource | None, st
     ):
         remedy = ", or give --state SHARE" if "state" in export_format.setting_names else ""
         raise HcsearchError(f"{export_format.name} holds no motion: leave out --motion{remedy}")
+
+
+def check_export_loads(
+    export_format: ExportFormat, values: Mapping[str, object] | None, by: ReplaySource | None, state: ExportState
+) -> None:
+    """Refuse loads and supports for a file that holds neither them nor a motion; HcsearchError.
+
+    values : of the scene by name, as of `resolve`; others than these are taken by all formats.
+    """
+    moves = export_format.subject == "motion" or by is not None or _is_share(export_format, state)
+    names = [name for name in _LOADS if (values or {}).get(name) is not None]
+    if names and not (moves or export_format.simulated):
+        simulated = ", ".join(other.name for other in EXPORT_FORMATS.values() if other.simulated)
+        remedy = " or --motion springs" if export_format.frames else ""
+        raise HcsearchError(f"{export_format.name} takes no --{names[0]}: leave it out, or choose {simulated}{remedy}")
 
 
 def exported_case(

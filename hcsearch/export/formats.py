@@ -220,6 +220,7 @@ class ExportFormat:
     extra, needs : name of the extra, and the modules from it that the format needs.
     only_by_name : whether the format must be chosen by `--format`, since another one has its ending.
     joins : whether a file can hold several designs, one after the other.
+    simulated : whether a file of the pattern holds the loads and supports of the scene.
     """
 
     name: str
@@ -232,6 +233,7 @@ class ExportFormat:
     needs: tuple[str, ...] = ()
     only_by_name: bool = False
     joins: bool = False
+    simulated: bool = False
 
     @property
     def setting_names(self) -> frozenset[str]:
@@ -316,8 +318,10 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
         ExportFormat("stl", (".stl",), "triangles of all panels or of one, in millimetres", write_stl),
         ExportFormat("3mf", (".3mf",), "an object for each panel, for printers", write_3mf),
         ExportFormat("step", (".step", ".stp"), "an exact solid for each panel, for CAD systems", write_step),
-        ExportFormat("mjcf", (".xml", ".mjcf"), "a model of the scene for MuJoCo", write_mjcf),
-        ExportFormat("urdf", (".urdf",), "a tree of links, with a second file of the loops", write_urdf),
+        ExportFormat("mjcf", (".xml", ".mjcf"), "a model of the scene for MuJoCo", write_mjcf, simulated=True),
+        ExportFormat(
+            "urdf", (".urdf",), "a tree of links, with a second file of the loops", write_urdf, simulated=True
+        ),
     )
 }
 

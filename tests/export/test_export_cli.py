@@ -98,6 +98,11 @@ def test_a_design_of_a_database_stands_for_its_best_folding(run):
         assert f'"{name}:{crease}"' in Path("b.fold").read_text(encoding="utf-8")
 
 
+def test_loads_are_taken_where_a_file_holds_a_motion_or_a_scene(run):
+    for words in (("a.fold", "--motion", "springs"), ("a.stl", "--state", "0.5"), ("a.csv",), ("a.xml",)):
+        assert run("export", DESIGN, "--friction", "0.0001", "--output", *words).exit_code == 0
+
+
 def test_an_array_needs_no_folding(run):
     assert run("export", "hex:024", "--output", "a.g6").exit_code == 0
     assert "does not fold into two stacks" in refusal(run("export", "hex:024", "--output", "a.fold"))
@@ -109,6 +114,10 @@ def test_an_array_needs_no_folding(run):
         (("--output", "a.txt"), "a.txt has no known ending: write .fold"),
         (("--output", "a.svg", "--format", "fold"), "a.svg is no name for a file of the format fold: write .fold"),
         (("--output", "a.fold", "--kerf", "1"), "fold takes no --kerf: leave it out, or choose svg, dxf"),
+        (("--output", "a.svg", "--friction", "1"), "svg takes no --friction: leave it out, or choose mjcf, urdf"),
+        (("--output", "a.fold", "--held", "3"), "fold takes no --held: leave it out, or choose mjcf, urdf or --motion"),
+        (("--output", "a.step", "--gravity", "0,0,1"), "step takes no --gravity: leave it out, or choose mjcf, urdf"),
+        (("--output", "a.json", "--seconds", "2"), "networkx takes no --seconds: leave it out, or choose mjcf, urdf"),
         (("--output", "a.svg", "--motion", "path"), "svg holds no motion: leave out --motion"),
         (("--output", "a.stl", "--state", "half"), "'half' is no state: write flat, folded, or a share"),
         (("--output", "none/a.svg"), "there is no folder none"),
