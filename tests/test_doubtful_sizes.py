@@ -245,15 +245,15 @@ def test_the_example_of_a_rectangle_is_in_no_doubt(text):
     [("m", None), ("cm", None), ("mm", "did you mean 1000x120?"), ("unit", None)],
 )
 def test_a_drawing_in_the_wrong_unit_is_in_doubt(run, unit, likely):
-    cells = Circuit.from_notation("hex:024").cells
-    outlines = [[tuple(np.round(corner, 9).tolist()) for corner in GRIDS["hex"].corners(cell)] for cell in cells]
+    cells = Circuit.from_notation("square:0123").cells
+    outlines = [[tuple(np.round(corner, 9).tolist()) for corner in GRIDS["square"].corners(cell)] for cell in cells]
     points = sorted({corner for outline in outlines for corner in outline})
     sides = [(one, two) for outline in outlines for one, two in zip(outline, outline[1:] + outline[:1], strict=True)]
     sides = sorted({tuple(sorted(map(points.index, side))) for side in sides})
     drawing = {"file_spec": 1.2, "vertices_coords": points, "edges_vertices": sides, "frame_unit": unit}
     Path("a.fold").write_text(json.dumps(drawing), encoding="utf-8")
-    done = run("check", "a.fold")
-    assert "hex:024, array" in done.stdout
+    done = run("show", "a.fold")
+    assert "square:0123" in done.stdout
     if likely is None:
         assert "warning" not in done.stderr
     else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -66,7 +65,7 @@ class DrawnPattern:
 
 @dataclass(frozen=True)
 class DrawnDesign:
-    """A design that a file draws; panel : the size that was asked for, else that of the file, if it has one."""
+    """A design with foldings that a file draws; panel : the size that was asked for, else that of the file, or None."""
 
     path: str
     panel: str | None
@@ -93,11 +92,10 @@ def read_pattern_file(path: str, panel: str | None = None) -> DrawnDesign | Draw
         why, _, _ = str(error).partition(": ")  # without the remedy
         return DrawnPattern(path, panel, _packed(path, drawing, panel), f"is no design of a grid, as {why}")
     notation = design.circuit.notation
-    if design.has_assignments and not design.creases:
-        with suppress(PatternError):
-            why = f"is taken as a linkage, as {notation} has no two-stack folding"
-            return DrawnPattern(path, panel, _packed(path, drawing, panel), why)
-    elif states_between_stops(drawing):
+    if not design.creases:
+        why = f"is taken as a linkage, as {notation} has no two-stack folding"
+        return DrawnPattern(path, panel, _packed(path, drawing, panel), why)
+    if states_between_stops(drawing):
         packed = _packed(path, drawing, panel)
         if packed.packed:
             why = f"is taken as a linkage, as it states {notation} between the stops of its hinges"
@@ -129,12 +127,11 @@ def _packed(path: str, drawing: PatternDrawing, panel: str | None) -> PackedPatt
 
 
 def only_drawn_folding(drawn: DrawnDesign) -> str:
-    """Return the notation of the folding that a file draws; HcsearchError where it draws none or several."""
+    """Return the notation of the folding that a file draws; HcsearchError where it draws several."""
     foldings = [folding.notation for folding in drawn.design.foldings]
     if len(foldings) != 1:
-        which = f"has the foldings {', '.join(foldings)}" if foldings else "has no two-stack folding"
         raise HcsearchError(
-            f"{drawn.path} is the design {drawn.design.circuit.notation}, which {which}: "
-            + ("name one of these, or assign mountains and valleys" if foldings else "see hcsearch check")
+            f"{drawn.path} is the design {drawn.design.circuit.notation}, which has the foldings "
+            f"{', '.join(foldings)}: name one of these, or assign mountains and valleys"
         )
     return foldings[0]

@@ -36,9 +36,10 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     The command prints how many foldings pass each stage, and the results for each of them. FILE.fold (or .cp, .opx,
     .svg) is a crease pattern, in any position, drawn to a thousandth of a side. Lines may cross and end on each other.
     If its panels are equal, of one of the eight shapes of --grid, and if its mountains, valleys, flat and unassigned
-    edges are the creases of one circuit, it is a design; all other shared edges are slits. If mountains and valleys
-    are assigned, only the folding with this assignment is checked. The notation of a circuit may be in any position,
-    order or direction; CIRCUIT:CREASE checks one folding, its crease numbered as in the circuit that is printed.
+    edges are the creases of one circuit with a two-stack folding, it is a design; all other shared edges are slits. If
+    mountains and valleys are assigned, only the folding with this assignment is checked. The notation of a circuit may
+    be in any position, order or direction; CIRCUIT:CREASE checks one folding, its crease numbered as in the circuit
+    that is printed.
 
     Any other pattern of convex panels is checked as a linkage, with any number of loops: its packed state, degrees of
     freedom, locks, motion and deployment. Valleys have hinges on the top face, mountains on the bottom face. So is a

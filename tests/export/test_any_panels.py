@@ -353,7 +353,7 @@ def drawn_circuit(notation, creases, flat=("V", 0)):
     """A circuit drawn with its creases: mountains, valleys, and 0 for those that stay flat."""
     circuit = Circuit.from_notation(notation)
     polygons = [[tuple(corner) for corner in circuit.grid.corners(cell)] for cell in circuit.cells]
-    marks = {"M": ("M", -180), "V": ("V", 180), "0": flat, "m": "M", "v": "V", "u": "U"}
+    marks = {"M": ("M", -180), "V": ("V", 180), "0": flat, "m": "M", "v": "V", "u": "U", "f": "F"}
     pairs = [tuple(sorted((k, (k + 1) % circuit.n))) for k in range(circuit.n)]
     return drawing_of(polygons, dict(zip(pairs, (marks[crease] for crease in creases), strict=True)))
 
@@ -407,9 +407,26 @@ def test_a_ring_of_eight_squares_is_judged_by_all_commands(tmp_path, capfd):
     assert run_here(["verify", str(tmp_path / "lock.json")], capfd).returncode == 0
 
 
-def test_an_unassigned_drawing_of_a_circuit_without_foldings_has_the_verdict_of_a_design(tmp_path, capfd):
-    path = written(tmp_path, drawn_circuit(RING_OF_EIGHT, "uuuuuuuu"))
-    assert check(path).two_stack == 0
-    result = run_here(["motion", path], capfd)
-    assert (result.returncode, len(result.stderr.splitlines())) == (2, 1)
-    assert "has no two-stack folding: see hcsearch check" in result.stderr
+def test_an_unassigned_drawing_of_a_circuit_without_foldings_is_a_linkage(tmp_path, capfd):
+    path = written(tmp_path, drawn_circuit("hex:012345", "uuuuuu"))
+    assert read_pattern_file(path).no_design == "is taken as a linkage, as hex:012345 has no two-stack folding"
+    result = run_here(["check", path], capfd)
+    assert (result.returncode, "status: deploys" in result.stdout) == (0, True)
+    assert "nothing folds" not in result.stderr
+
+
+@pytest.mark.parametrize("command", ["check", "show", "motion", "deploy"])
+@pytest.mark.parametrize(
+    ("creases", "message"),
+    [
+        ("ffffffff", "all panels of the drawing are one, joined by flat edges (F): assign mountains and valleys"),
+        ("mfffffff", "facets 0 and 1 have a hinge between them but belong to one panel: rigid creases lead around it"),
+    ],
+)
+def test_flat_edges_that_leave_no_hinge_free_are_refused_on_a_grid_as_off_it(
+    command, creases, message, tmp_path, capfd
+):
+    path = written(tmp_path, drawn_circuit(RING_OF_EIGHT, creases))
+    result = run_here([command, path], capfd)
+    assert (result.returncode, result.stdout, len(result.stderr.splitlines())) == (2, "", 1)
+    assert f"{path}: {message}" in result.stderr
