@@ -231,7 +231,10 @@ def _of_pattern_file(name: str, path: str, content: Mapping[str, Any], arguments
     drawn = read_pattern_file(path, panel)
     if isinstance(drawn, DrawnPattern):
         if not drawn.packed.packed and arguments.packed:
-            raise PatternError(f"{path}: {drawn.packed.sentence}; see hcsearch check {path}")
+            raise PatternError(
+                f"{path}: {drawn.packed.sentence}; see hcsearch check {path}, or follow motions from the flat state by "
+                "hcsearch motion --from flat"
+            )
         if not drawn.packed.packed:
             write_notice(f"{path}: {drawn.packed.sentence}")
         return _of_pattern(name, drawn, content, arguments, db)
