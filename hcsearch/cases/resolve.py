@@ -237,7 +237,10 @@ def _of_pattern_file(name: str, path: str, content: Mapping[str, Any], arguments
             )
         if not drawn.packed.packed:
             write_notice(f"{path}: {drawn.packed.sentence}")
-        return _of_pattern(name, drawn, content, arguments, db)
+        case = _of_pattern(name, drawn, content, arguments, db)
+        if drawn.packed.assumed:
+            write_notice(f"{path}: {drawn.packed.assumed}")
+        return case
     notation = only_drawn_folding(drawn)
     content = {key: value for key, value in content.items() if key != "panel_mm"}
     case = _of_design(notation, notation, content, replace(arguments, panel=drawn.panel), db, None)

@@ -417,6 +417,26 @@ def test_an_unassigned_drawing_of_a_circuit_without_foldings_is_a_linkage(tmp_pa
     assert "nothing folds" not in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("creases", "note"),
+    [
+        ("mvmvmvmu", "hinge 1, unassigned, is taken as a valley"),
+        ("muvmuuvm", "hinges 2, 5, unassigned, are taken as valleys; hinge 6, unassigned, is taken as a mountain"),
+        ("mvmvmvmv", None),
+    ],
+)
+def test_the_faces_that_unassigned_hinges_get_are_told(creases, note, tmp_path, capfd):
+    path = written(tmp_path, drawn_circuit(RING_OF_EIGHT, creases))
+    facts = json.loads(run_here(["check", path, "--json"], capfd).stdout)
+    assert [told for told in facts["reasons"] if "unassigned" in told] == ([] if note is None else [note])
+    lines = [line.strip() for line in run_here(["check", path], capfd).stdout.splitlines()]
+    assert (note in lines) == (note is not None)
+    assert (f"unassigned creases   {note}" in run_here(["show", path], capfd).stdout.splitlines()) == (note is not None)
+    proved = run_here(["prove", path, "--output", str(tmp_path / "lock.json")], capfd)
+    assert proved.returncode == 0
+    assert proved.stderr.splitlines()[1:] == ([] if note is None else [f"{path}: {note}"])
+
+
 @pytest.mark.parametrize("command", ["check", "show", "motion", "deploy"])
 @pytest.mark.parametrize(
     ("creases", "message"),

@@ -131,6 +131,8 @@ class CheckedPattern:
                 yield f"dof {state}", "undecided" if dof is None else str(dof)
         yield "kutzbach", str(facts["kutzbach"])
         yield "packed state", self.packed.sentence
+        if self.packed.assumed:
+            yield "unassigned creases", self.packed.assumed
         for end, sentence in self.locks.items():
             yield f"lock at {end}", sentence
         if self.branches:
@@ -142,8 +144,9 @@ class CheckedPattern:
 
     @property
     def reasons(self) -> list[str]:
-        """The packed state, the locks and the results of the stages, as sentences."""
-        told = [self.packed.sentence, *(f"{end}: {sentence}" for end, sentence in self.locks.items())]
+        """The packed state, the faces of unassigned creases, the locks and the results of the stages, as sentences."""
+        told = [*filter(None, (self.packed.sentence, self.packed.assumed))]
+        told += [f"{end}: {sentence}" for end, sentence in self.locks.items()]
         if self.branches:
             told.append(f"motions from flat: {self.branches}")
         if self.motion is not None:

@@ -85,12 +85,15 @@ class PackedPattern(ByValue):
         How it was found, or why there is none.
     moved
         The greatest distance (m) by which points were moved to close it.
+    assumed
+        The hinges of unassigned creases with the faces that were found for them, as a sentence; empty without any.
     """
 
     pattern: Pattern
     packed: bool
     sentence: str
     moved: float = 0.0
+    assumed: str = ""
 
 
 def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPattern:
@@ -120,7 +123,19 @@ def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPat
     how = "stated by the file" if search.stated else "found"
     hinges = "all hinges closed" if not flat else f"{flat} of {len(found.hinges)} hinges flat, the others closed"
     moved = max(map(math.dist, found.vertices, search.pattern.vertices))
-    return PackedPattern(found, True, f"packed state {how}: {hinges}", moved)
+    return PackedPattern(found, True, f"packed state {how}: {hinges}", moved, _assumed(found, search.free))
+
+
+def _assumed(pattern: Pattern, free: set[int]) -> str:
+    """Return a sentence on the hinges that the drawing leaves unassigned, with their faces; empty without any."""
+    told = []
+    for fold, face in (("valley", "top"), ("mountain", "bottom")):
+        hinges = [str(k) for k in sorted(free) if pattern.hinges[k].face == face]
+        if len(hinges) == 1:
+            told.append(f"hinge {hinges[0]}, unassigned, is taken as a {fold}")
+        elif hinges:
+            told.append(f"hinges {', '.join(hinges)}, unassigned, are taken as {fold}s")
+    return "; ".join(told)
 
 
 def _unassigned(drawing: PatternDrawing, why: str) -> PatternError:
