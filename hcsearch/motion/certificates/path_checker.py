@@ -315,8 +315,7 @@ class Array:
     def check_gaps(self, cubics: Reals, radii: Reals) -> None:
         """Refuse pieces in which shrunk facets may overlap or hinges pass their stops; halve undecided pieces [8]."""
         middles = self.corners.mean(1, keepdims=True)
-        wide = np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None]
-        wide += 1e-11 + 2.0 * self.error
+        wide = 12.0 * self.error + np.linalg.norm(self.corners - middles, axis=2).max(1)[self.pairs].sum(1)[:, None]
         every, (one, two) = np.ones((1, len(self.pairs)), bool), self.pairs.T
         size = max(1, min(64, CELLS // (1 + len(self.pairs))))
         parts = [slice(k, k + size) for k in range(0, len(cubics), size)]
