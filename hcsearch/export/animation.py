@@ -27,6 +27,8 @@ from hcsearch.shape.linkage import Linkage
 
 COPLANAR_COSINE = 1e-9
 """A direction is parallel to a face where the magnitude of its dot product with the unit normal is below this."""
+EQUAL_LENGTH_SHARE = 1e-9
+"""Lengths that differ by less than this, over the extent of all prisms, are equal: rounding decides no order."""
 
 
 def painters_order(prisms: Sequence[Reals], towards: Reals) -> list[int]:
@@ -38,18 +40,20 @@ def painters_order(prisms: Sequence[Reals], towards: Reals) -> list[int]:
     n = len(prisms)
     points = [prism.reshape(-1, 3) for prism in prisms]
     axes = [_axes(prism) for prism in prisms]
-    across = np.linalg.svd(towards[None])[2][1:]  # two directions across the view
+    equal = EQUAL_LENGTH_SHARE * float(np.ptp(np.vstack(points), axis=0).max())
+    side = np.cross(towards, np.eye(3)[np.abs(towards).argmin()])
+    across = np.stack([side, np.cross(towards, side)]) / np.linalg.norm(side)
     boxes = [(corners @ across.T) for corners in points]
     low, high = np.array([box.min(axis=0) for box in boxes]), np.array([box.max(axis=0) for box in boxes])
     before: list[set[int]] = [set() for _ in range(n)]
     for i, j in combinations(range(n), 2):
-        if (low[i] < high[j]).all() and (low[j] < high[i]).all():
-            side = _in_front(points[i], points[j], _between(axes[i], axes[j]), towards)
-            if side > 0:
+        if (high[j] - low[i] > equal).all() and (high[i] - low[j] > equal).all():
+            front = _in_front(points[i], points[j], _between(axes[i], axes[j]), towards, equal)
+            if front > 0:
                 before[i].add(j)
-            elif side < 0:
+            elif front < 0:
                 before[j].add(i)
-    depth = [float(corners.mean(axis=0) @ towards) for corners in points]
+    depth = [equal * round(float(corners.mean(axis=0) @ towards) / equal) for corners in points]
     return _sorted(before, depth)
 
 
@@ -70,12 +74,16 @@ def _between(first: tuple[Reals, Reals], second: tuple[Reals, Reals]) -> Reals:
     return normals
 
 
-def _in_front(first: Reals, second: Reals, normals: Reals, towards: Reals) -> int:
-    """Return 1 where the first of two solids may hide the second, -1 for the reverse, 0 for neither."""
+def _in_front(first: Reals, second: Reals, normals: Reals, towards: Reals, equal: float) -> int:
+    """Return 1 where the first of two solids may hide the second, -1 for the reverse, 0 for neither.
+
+    equal : by what gaps along normals that count as equal differ at most; the first normal of these decides.
+    """
     a, b = first @ normals.T, second @ normals.T
     above, below = a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0)
     facing = normals @ towards
-    best = int(np.maximum(above, below).argmax())
+    gaps = np.maximum(above, below)
+    best = int((gaps >= gaps.max() - equal).argmax())
     if abs(facing[best]) < COPLANAR_COSINE:
         return 0
     return 1 if (facing[best] > 0) == (above[best] > below[best]) else -1

@@ -9,13 +9,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from shapely import MultiPoint
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.cases.case import Case
 from hcsearch.scenes.hardware import hinge_values
 from hcsearch.scenes.laws import Law
 from hcsearch.shape.labels import label_ranges
+from hcsearch.shape.least_rectangles import least_rectangle
 from hcsearch.shape.mesh import facet_area, without_straight_corners
 from hcsearch.shape.pattern import Fold, PanelFace, Pattern
 
@@ -307,9 +307,8 @@ class _PanelShape(ByValue):
         walks = [without_straight_corners(walk, pattern.vertices, ALIKE) for walk in pattern.outlines[panel]]
         corners = [np.array([pattern.vertices[vertex] for vertex in walk]) for walk in walks]
         area = sum(facet_area(pattern.facets[facet]) for facet in pattern.panels[panel])
-        rectangle = np.array(MultiPoint(corners[0]).minimum_rotated_rectangle.exterior.coords)
-        width, length = sorted(np.linalg.norm(np.diff(rectangle[:3], axis=0), axis=1).tolist())
-        return _PanelShape(corners[0], np.vstack(corners), area, (length, width))
+        around = least_rectangle(corners[0])
+        return _PanelShape(corners[0], np.vstack(corners), area, (around.length, around.width))
 
     def is_congruent(self, other: _PanelShape) -> bool:
         """Return whether the shapes are congruent, mirror images included.

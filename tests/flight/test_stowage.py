@@ -3,6 +3,7 @@
 import math
 from itertools import combinations
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.scenes import SCENES, Scene, panel_of
 from hcsearch.search.enumeration import enumerate_circuits
+from hcsearch.shape.least_rectangles import least_rectangle
 from hcsearch.springs.flight.stowage import stowage_of, upright_box_at
 
 SIZES = {"hex": (6, 8, 10), "square": (8, 10), "rectangle": (8,), "triangle": (10, 14)}
@@ -49,6 +51,18 @@ def test_two_stacks_stand_on_the_cells_at_a_flat_crease(folding):
     assert 1e6 * room.packed.length * room.packed.width == pytest.approx(least_box(corners))
     assert 1e3 * room.packed.height == pytest.approx(6 * circuit.n / 2)
     assert room.flat.length * room.flat.width >= room.area * (1 - 1e-9)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_points_that_differ_by_rounding_make_no_base_smaller(seed):
+    """GEOS had 4151.6 for these corners of two kites with the last bits of one processor, and 4330.1 with others."""
+    kites = [(50, 28.867513459481287), (0, 57.73502691896258), (0, 86.60254037844388), (50, 86.60254037844388)]
+    kites += [(75, 43.30127018922193), (25, 43.30127018922193)]
+    points = np.repeat(kites, 3, axis=0)
+    points += np.random.default_rng(seed).uniform(-1e-14, 1e-14, points.shape)
+    length, width, _ = least_rectangle(points)
+    assert (length, width) == pytest.approx((75.0, 57.73502691896258), rel=1e-9)
+    assert length * width == pytest.approx(least_box(kites), rel=1e-9)
 
 
 @given(st.sampled_from(OLD))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.envelopes import envelope_sides
+from hcsearch.shape.least_rectangles import least_rectangle
 from hcsearch.shape.linkage import Linkage
 
 
@@ -67,11 +67,7 @@ def stowage_of(linkage: Linkage, density: float) -> Stowage:
 
 
 def upright_box_at(linkage: Linkage, angles: Reals) -> UprightBox:
-    """Return the box around a linkage at a state, upright on the base panel, with its base of minimal area.
-
-    A side of the base of minimal area lies along a side of the convex hull (Freeman and Shapira 1975), so it is exact.
-    """
+    """Return the box around a linkage at a state, upright on the base panel, with its base of minimal area."""
     points = np.concatenate([solid.reshape(-1, 3) for solid in linkage.solids(angles)])
-    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.MultiPoint(points[:, :2])))
-    sides = sorted(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist(), reverse=True)
-    return UprightBox(sides[0], sides[1], float(np.ptp(points[:, 2])))
+    base = least_rectangle(points[:, :2])
+    return UprightBox(base.length, base.width, float(np.ptp(points[:, 2])))

@@ -10,6 +10,7 @@ import shapely
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.envelopes import envelope_sides
+from hcsearch.shape.least_rectangles import least_rectangle
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.flight.craft import craft_corners, placed_solids
 from hcsearch.springs.flight.flight_figures import root_of
@@ -133,10 +134,7 @@ def swept_drawing(travel: Travel) -> str:
 
 def _aligned(points: np.ndarray) -> np.ndarray:
     """Return the axes of the smallest rectangle around points as columns, (2, 2), the longer side first."""
-    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(shapely.MultiPoint(points)))
-    sides = np.diff(corners[:3], axis=0)
-    along = sides[np.linalg.norm(sides, axis=1).argmax()]
-    unit = along / np.linalg.norm(along)
+    unit = least_rectangle(points).along
     return np.column_stack([unit, [-unit[1], unit[0]]])
 
 
