@@ -24,8 +24,10 @@ from hcsearch.motion.paths.motions import STOP_TOLERANCE, stop_margins
 from hcsearch.motion.paths.quadrics import (
     FAMILY_MEMBER_DISTANCE,
     LOCATED_STATE_RESIDUAL,
+    SAME_SOLUTION_DISTANCE,
     SOLVED_RESIDUAL,
     second_order_forms,
+    solution_near,
     solve_quadrics,
 )
 from hcsearch.shape.linkage import Linkage
@@ -125,7 +127,7 @@ def find_branches(linkage: Linkage, angles: Reals, *, stops: bool = False, zero_
             direction = _opening(direction)
         nudged.append(_branch(local, direction, solution.dimension, solution.residual))
     if not any(branch.status == "finite" and (branch.within_stops or not stops) for branch in nudged):
-        nudged += _closed_members(local, basis, forms, nudged)
+        nudged += _closed_members(local, basis, forms, cone, nudged, tolerance)
     nudged.sort(key=lambda branch: (branch.dimension, *np.round(branch.direction, 6).tolist()))
     sentence = _sentence(basis.shape[1], len(forms), nudged, stops)
     return Branches(basis.shape[1], len(forms), stops, tuple(nudged), sentence, cover_radius)
@@ -140,11 +142,14 @@ def _branch(local: LocalState, direction: Reals, dimension: int, residual: float
     return Branch(direction, dimension, residual, status, power, within)
 
 
-def _closed_members(local: LocalState, basis: Reals, forms: Reals, nudged: list[Branch]) -> list[Branch]:
+def _closed_members(
+    local: LocalState, basis: Reals, forms: Reals, cone: Reals | None, nudged: list[Branch], tolerance: float
+) -> list[Branch]:
     """The finite branches to which nudges along members of families lead, if no listed member is finite.
 
     Equations of higher order hold for some members of such a family only, and the listed ones need not be among them:
-    in eight hexagons two panels of which stay parallel, say. Closed states beside the others lie on these motions.
+    in eight hexagons two panels of which stay parallel, say. Closed states beside the others lie on these motions;
+    the directions in which they tend to the state, known up to the square of a step, lead to solutions.
     """
     members: list[Branch] = []
     for branch in nudged:
@@ -153,12 +158,15 @@ def _closed_members(local: LocalState, basis: Reals, forms: Reals, nudged: list[
             continue
         vector = basis.T @ direction
         size = float(np.linalg.norm(vector))
-        vector /= size
+        vector, residual = solution_near(forms, cone, vector)
         direction = basis @ vector
-        near = any(np.linalg.norm(direction - other.direction) < FAMILY_MEMBER_DISTANCE for other in members)
-        if size < MIN_TANGENT_SHARE or near:
+        near = any(
+            np.linalg.norm(direction - other.direction) < distance
+            for listed, distance in ((members, FAMILY_MEMBER_DISTANCE), (nudged, SAME_SOLUTION_DISTANCE))
+            for other in listed
+        )
+        if size < MIN_TANGENT_SHARE or near or residual >= tolerance:
             continue
-        residual = float(np.linalg.norm(np.einsum("i,kij,j->k", vector, forms, vector)))
         member = _branch(local, direction, branch.dimension, residual)
         if member.status == "finite":
             members.append(member)

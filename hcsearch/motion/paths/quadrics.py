@@ -191,6 +191,12 @@ def solve_quadrics(
     return solutions, cover.radius
 
 
+def solution_near(forms: Reals, cone: Reals | None, vector: Reals) -> tuple[Reals, float]:
+    """Return the vector that Newton's method reaches from a vector (m,), and its residual; others as above."""
+    ends, residuals = _newton(_independent(forms), cone if cone is not None and len(cone) else None, vector[None])
+    return ends[0], float(residuals[0])
+
+
 def _independent(forms: Reals) -> Reals:
     """Equivalent forms that are orthogonal to each other, the largest of norm 1, without those due to rounding.
 
