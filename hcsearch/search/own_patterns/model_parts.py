@@ -150,7 +150,9 @@ def read_closures(model_path: str) -> ModelClosures:
     )
     gravity = data.get("gravity_m_s2")
     return ModelClosures(
-        *(_value(data, "base", str, path), packed_angles, list(zip(first, second, strict=True))),
+        base=_value(data, "base", str, path),
+        packed_angles=packed_angles,
+        welds=list(zip(first, second, strict=True)),
         laws=tuple(facts["law"] for facts in joints.values() if "law" in facts),
         gravity=tuple(gravity) if isinstance(gravity, list) else (),
         floats=data.get("base_floats") is True,
