@@ -48,7 +48,7 @@ def test_sentences_count_and_name_what_may_decide():
     assert counts == {"out of steps": 2, "diverged": 1}
     line, remedies = undecided_sentences(counts)
     assert line == "not decided by simulation: 3 foldings (out of steps 2, diverged 1)"
-    assert "out of steps: hcsearch deploy with --method implicit" in remedies
+    assert "out of steps: hcsearch deploy with --formulation compliant" in remedies
     assert undecided_sentences({}) == ()
     assert undecided_sentences({"stuck": 1})[1].endswith("stuck: stiffer springs, or less friction or harness")
 

@@ -15,7 +15,7 @@ UNDECIDED_REMEDIES = {
     "stuck": "stiffer springs, or less friction or harness",
     "jammed": _COMPLIANT,
     "diverged": _COMPLIANT,
-    "out of steps": "hcsearch deploy with --method implicit or a larger --tolerance",
+    "out of steps": "hcsearch deploy with --formulation compliant or a larger --tolerance",
     _BRANCHING: _COMPLIANT,
     _TOUCHING: "hcsearch deploy with a smaller --tolerance",
 }

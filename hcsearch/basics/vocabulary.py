@@ -61,9 +61,10 @@ FORMULATIONS: tuple[Formulation, ...] = get_args(Formulation)
 ReplaySource = Literal["path", "springs"]
 """Motions of a folding that are played or exported: its path, or its deployment by springs."""
 
-Integrator = Literal["bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit"]
+Integrator = Literal["bogacki-shampine", "dormand-prince", "dormand-prince-8", "implicit", "linearly-implicit"]
 INTEGRATORS: tuple[Integrator, ...] = get_args(Integrator)
-"""Explicit Runge-Kutta methods of orders 3(2) (as in the thesis), 5(4) and 8(5,3); extrapolated implicit Euler."""
+"""Explicit Runge-Kutta methods of orders 3(2) (as in the thesis), 5(4) and 8(5,3); an implicit one of order 4(3);
+extrapolated linearly implicit Euler, of order 4(3)."""
 
 
 MILLIMETRE_DECIMALS = 6

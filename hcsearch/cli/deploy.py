@@ -29,7 +29,8 @@ from hcsearch.system.terminal import short_number
 @click.option(
     "--method",
     type=click.Choice(INTEGRATORS),
-    help="The integrator.  [default: dormand-prince; for compliant: implicit]",
+    help="The integrator.  [default: dormand-prince, and implicit where the scene is stiff; for compliant: "
+    "linearly-implicit]",
 )
 @click.option(
     "--tolerance", type=float, default=1e-6, show_default=True, help="The error of a step, relative and absolute."

@@ -76,6 +76,7 @@ class CheckingRules(NamedTuple):
     """
 
     method: IntegrationMethod
+    stiff_method: IntegrationMethod
     plan: StepPlan
     struts: Struts
     cuts: CutHinges
@@ -89,7 +90,8 @@ class CheckingRules(NamedTuple):
 class CheckFindings(NamedTuple):
     """Results of the checks of k foldings.
 
-    endings : (k,), as of `simulate_motion`. verdicts : (k,), as of `judge_clearance`. pairs : (k,), that collide.
+    endings : (k,), as of `simulate_motion`. stiff_times : (k,), s, from which on steps are those of the stiff method;
+        infinite where none is. verdicts : (k,), as of `judge_clearance`. pairs : (k,), that collide.
     counts : (k, 4), states, evaluations, rejected steps, bounds of gaps. times : (k, 2), of the end, and of the
         collision (s). gaps : (k,), smallest gap (m) of motions that come flat and clear, else infinite.
     speeds : (k,), approach speed of the colliding panels, 0 in clear motions, m/s.
@@ -100,6 +102,7 @@ class CheckFindings(NamedTuple):
     """
 
     endings: WholeNumbers
+    stiff_times: Reals
     verdicts: WholeNumbers
     pairs: WholeNumbers
     counts: WholeNumbers
@@ -120,14 +123,14 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
     in between would double the time to compile.
     """
     cubic = rules.closure_stiffness > 0.0  # with stiff springs, accelerations do not describe the motion
-    plan, method = rules.plan, rules.method
+    plan, method, stiff_method = rules.plan, rules.method, rules.stiff_method
     report = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
     for i in range(len(findings.endings)):
         subject = _tables_at(stack, i)
         tree, n = subject.tree, len(subject.start)
         mechanism, hold = _mechanism(subject, rules), _hold(subject)
         work, q, v = work_for(tree), subject.start.copy(), np.zeros(n)
-        simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(n), record)
+        simulation = Simulation(mechanism, hold, method, stiff_method, plan, q, v, work, new_pace(n), record)
         course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
         max_states = len(record.times) + 1 if rules.follow_collisions else FIRST_PART_STEPS
         clear_states, verdict = 0, MOTION_CLEAR
@@ -186,6 +189,8 @@ def _report(record: SimulationRecord, verdict: int, report: ClearanceReport, fin
     states = record.counts[0]
     findings.endings[i] = ENDING_TIME_OUT if record.counts[4] == ENDING_NONE else record.counts[4]
     findings.times[i, 0] = record.times[states - 1]
+    stiff = record.counts[5]
+    findings.stiff_times[i] = math.inf if stiff < 0 else record.times[max(0, stiff - 1)]
     findings.energy_drifts[i] = _drift(record, states)
     findings.counts[i, 0], findings.counts[i, 1], findings.counts[i, 2] = states, record.counts[2], record.counts[3]
     findings.verdicts[i], findings.pairs[i], findings.times[i, 1] = verdict, report.pairs[0], report.times[0]

@@ -33,6 +33,7 @@ KEYS = [
     "play",
     "scene",
     "formulation",
+    "method",
     "panels",
     "hinges",
     "merged_panels",

@@ -198,7 +198,7 @@ def test_closure_springs_ahead_yield_as_in_the_dense_equations(seed):
     accelerations.update_bodies(mechanism, case.hold, case.q, case.v, case.work)
     joint_torques(mechanism.hinges, case.hold.branches, case.q, case.v, case.work.torques)
     found = np.empty(case.n)
-    accelerations.solve_accelerations_ahead(mechanism, case.hold, h, case.work, found)
+    accelerations.solve_accelerations_ahead(mechanism, case.hold, h, True, case.work, found)
     rows, free = case.twin.rows(case.q), ~case.held
     drift = along(lambda x: case.twin.rows(x) @ case.v, case.q, case.v)
     # gap and rate are 0 now, so that both are h^2 and h times the rows' acceleration then

@@ -153,12 +153,14 @@ def solve_accelerations(
 
 
 @lean
-def solve_accelerations_ahead(mechanism: Mechanism, hold: DiscreteState, h: float, work: Work, a: Reals) -> None:
-    """Write joint accelerations with closure springs treated implicitly over a time h; call `update_bodies` first."""
+def solve_accelerations_ahead(
+    mechanism: Mechanism, hold: DiscreteState, g: float, moves: bool, work: Work, a: Reals
+) -> None:
+    """Write joint accelerations with closure springs as of `forces_ahead`; call `update_bodies` first."""
     tree = mechanism.tree
     gather_inertias(tree, hold.held, work)
     load_joints(tree, hold.held, work.torques, True, work)
-    forces_ahead(tree, mechanism.closure_stiffness, mechanism.closure_damping, h, work)
+    forces_ahead(tree, mechanism.closure_stiffness, mechanism.closure_damping, g, moves, work)
     release_joints(tree, hold.held, True, work, a)
 
 

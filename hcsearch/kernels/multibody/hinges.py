@@ -345,6 +345,19 @@ def add_drive_torques(targets: Targets, q: Reals, v: Reals, work: Work, torques:
 
 
 @lean
+def add_drive_inertia(targets: Targets, g: float, guess: Reals, work: Work) -> None:
+    """Add the inertia of drives in an implicit stage to joints, and its forces at guessed accelerations.
+
+    g : the step times the diagonal coefficient, s.
+    """
+    for d in range(len(targets.joints)):
+        i = targets.joints[d]
+        ahead = g * (targets.damping[d] + g * targets.stiffness[d])
+        work.added_inertia[i] += ahead
+        work.torques[i] += ahead * guess[i]
+
+
+@lean
 def add_drive_torques_ahead(targets: Targets, h: float, q: Reals, v: Reals, work: Work) -> None:
     """The same as `add_drive_torques`, but implicit over a time h, at the end of which the targets were written."""
     for d in range(len(targets.joints)):

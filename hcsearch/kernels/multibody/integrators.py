@@ -1,10 +1,4 @@
-"""Integration steps with error estimates: explicit Runge-Kutta, and extrapolated linearly implicit Euler.
-
-In a linearly implicit step of length h, a spring of slope k and a damper c add h c + h^2 k to the joint's own inertia,
-so that the step costs no more than an explicit one. Steps in 1, 2, 3, ... parts are extrapolated to h = 0 (Deuflhard
-1985; Hairer and Wanner 1996, section IV.9); only the diagonal of the stiff terms is used as the derivative, which does
-not reduce the order.
-"""
+"""Integration methods, and explicit Runge-Kutta steps with error estimates."""
 
 from __future__ import annotations
 
@@ -19,36 +13,28 @@ from hcsearch.kernels.multibody.accelerations import (
     Stepper,
     accelerate_inlined,
     closure_energy,
-    solve_accelerations,
-    solve_accelerations_ahead,
-    update_bodies,
 )
-from hcsearch.kernels.multibody.hinges import (
-    add_drive_torques_ahead,
-    add_friction,
-    driving_power,
-    friction_power,
-    joint_torques,
-    law_slope,
-    lost_power,
-    write_drive_targets,
-)
+from hcsearch.kernels.multibody.hinges import driving_power, friction_power, lost_power
 from hcsearch.kernels.multibody.tree import Work
-from hcsearch.kernels.multibody.welds import cut_energy, spring_loss
+from hcsearch.kernels.multibody.welds import cut_energy
 
 
 class IntegrationMethod(NamedTuple):
-    """An integration method: explicit Runge-Kutta of s stages, or extrapolated linearly implicit Euler.
+    """An integration method: explicit or singly diagonally implicit Runge-Kutta of s stages, or extrapolated Euler.
 
     a : (s, s). b : (s,). errors : (2, s + 1), weights of the error estimate, and of the second estimate that DOP853
         combines with it (0 elsewhere); the last stage is at the end of the step. order : of the error estimate plus 1.
-    extrapolation_order : order s of the extrapolated method, all of whose coefficients are 0; 0 for explicit methods.
+    diagonal : of `a` in implicit stages, all but the first; 0 for other methods. predictors : (s, s), weights of
+        earlier stages in the first guess of the derivative of an implicit stage; no rows for other methods.
+    extrapolation_order : order s of the extrapolated method, all of whose coefficients are 0; 0 for other methods.
     """
 
     a: Reals
     b: Reals
     errors: Reals
     order: int
+    diagonal: float
+    predictors: Reals
     extrapolation_order: int
 
 
@@ -60,15 +46,15 @@ def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> floa
     s = len(method.b)
     a, q, v = work.accelerations, end[:n], end[n : 2 * n]
     for k in range(1, s + 1):
-        _combine_stages(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
+        combine_stages(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
         work.time[0] = end[2 * n + 1]
         accelerate_inlined(mechanism, hold, q, v, stepper.scale, False, work, a)
         write_stage(mechanism, hold, end, a, work, stages[k])
-    return h * _error(method.errors, stepper)
+    return h * step_error(method.errors, stepper)
 
 
 @lean
-def _combine_stages(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end: Reals) -> None:
+def combine_stages(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end: Reals) -> None:
     """Write the start state plus h times the weighted sum of the first stages; zero weights are skipped."""
     for j in range(len(start)):
         end[j] = start[j]
@@ -80,7 +66,7 @@ def _combine_stages(weights: Reals, count: int, h: float, stages: Reals, start: 
 
 
 @lean
-def _error(weights: Reals, stepper: Stepper) -> float:
+def step_error(weights: Reals, stepper: Stepper) -> float:
     """Return the error of a step, relative to the tolerance and divided by the step length."""
     stages, start, end = stepper.stages, stepper.start, stepper.end
     first = second = 0.0
@@ -117,82 +103,3 @@ def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Real
         stage[2 * n] += lost
     _, lost = closure_energy(mechanism, work)
     stage[2 * n] += lost
-
-
-@lean
-def _euler_step(
-    mechanism: Mechanism, hold: DiscreteState, h: float, scale: float, work: Work, a: Reals, state: Reals
-) -> None:
-    """Advance a state (q, v, energy lost, time) by one linearly implicit Euler step.
-
-    Without inertia the velocities at its start do not count: dampers and springs decide those of the step.
-    """
-    n = len(a)
-    q, v = state[:n], state[n : 2 * n]
-    if mechanism.overdamped:
-        v[:] = 0.0
-    update_bodies(mechanism, hold, q, v, work)
-    joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
-    add_friction(mechanism.hinges, hold.slides, work.torques)
-    for i in range(n):
-        slope = max(law_slope(mechanism.hinges, i, hold.branches[i], q[i]), 0.0)
-        damping = mechanism.hinges.damping[i]
-        if mechanism.hinges.stop_stiffness > 0.0 and (
-            q[i] < mechanism.hinges.lower[i] or q[i] > mechanism.hinges.upper[i]
-        ):
-            damping += mechanism.hinges.stop_damping
-        work.added_inertia[i] = h * damping + h * h * slope
-        work.torques[i] -= h * slope * v[i]
-    state[2 * n + 1] += h
-    write_drive_targets(mechanism.targets, state[2 * n + 1], work)
-    add_drive_torques_ahead(mechanism.targets, h, q, v, work)
-    if mechanism.closure_stiffness > 0.0:
-        solve_accelerations_ahead(mechanism, hold, h, work, a)
-    else:
-        solve_accelerations(mechanism, hold, scale, False, work, a)
-    for i in range(n):
-        if not hold.held[i]:
-            v[i] += h * a[i]
-            q[i] += h * v[i]
-    lost = lost_power(mechanism.hinges, mechanism.struts, q, v, work)
-    state[2 * n] += h * (lost - driving_power(mechanism.targets, q, v, work))
-    if len(hold.slides):
-        state[2 * n] += h * friction_power(mechanism.hinges, hold.slides, v)
-    if len(mechanism.cuts.bodies):
-        _, _, _, lost = cut_energy(mechanism.cuts, hold.cut_branches, work)
-        state[2 * n] += h * lost
-    if mechanism.closure_stiffness > 0.0:
-        state[2 * n] += h * spring_loss(mechanism.closure_damping, work)
-
-
-@lean
-def implicit_step(columns: int, stepper: Stepper, h: float) -> float:
-    """Take an extrapolated step of order `columns`; return its error over the tolerance. Overwrites stages[1:]."""
-    hold, work, table, start, end = stepper.hold, stepper.work, stepper.stages[1:], stepper.start, stepper.end
-    n = len(hold.held)
-    a = work.accelerations
-    error = 0.0
-    for j in range(columns):
-        for i in range(2 * n + 2):
-            end[i] = start[i]
-        for _ in range(j + 1):
-            _euler_step(stepper.mechanism, hold, h / (j + 1), stepper.scale, work, a, end)
-        # Aitken and Neville: row k of the table holds the extrapolation of order k
-        for i in range(2 * n + 2):
-            value = end[i]
-            for k in range(j):
-                old = table[k, i]
-                table[k, i] = value
-                value += (value - old) / ((j + 1.0) / (j - k) - 1.0)
-            table[j, i] = value
-    work.added_inertia[:] = 0.0
-    end[2 * n] = table[columns - 1, 2 * n]
-    end[2 * n + 1] = start[2 * n + 1] + h
-    for i in range(2 * n):
-        if i >= n and stepper.mechanism.overdamped:
-            end[i] = 0.0
-            continue
-        end[i] = table[columns - 1, i]
-        weight = stepper.absolute_tolerance + stepper.relative_tolerance * max(abs(start[i]), abs(end[i]))
-        error += ((table[columns - 1, i] - table[columns - 2, i]) / weight) ** 2
-    return math.sqrt(error / (2 * n))

@@ -25,23 +25,27 @@ from hcsearch.kernels.multibody.tree import Work
     PACE_CROWD_COUNT,
     PACE_CROWD_TIME,
     PACE_EVENT_COUNT,
+    PACE_STIFF,
+    PACE_STATES_WATCHED,
     PACE_COORDINATES,
-) = range(11)
+) = range(13)
 """Entries of `Simulation.pace`: time and next step size (s); `largest_pivot`; pull above which a stop lets go (N m);
 energy at the start, and largest energy (J); whether stops that seemed to pull were kept; number of crowded events, and
 time of the last event (s); number of events since a joint last moved away from the reference coordinates, which follow
-from `PACE_COORDINATES` on."""
+from `PACE_COORDINATES` on; whether steps are those of the stiff method, and number of states when that was decided."""
 
 
 class Simulation(NamedTuple):
     """A simulation paused between two steps.
 
-    q, v : (n,), the current state. pace : (PACE_COORDINATES + n,), from `new_pace`.
+    method, stiff_method : of the steps of motions that are not stiff, and of those that are; the latter takes over for
+        good. q, v : (n,), the current state. pace : (PACE_COORDINATES + n,), from `new_pace`.
     """
 
     mechanism: Mechanism
     hold: DiscreteState
     method: IntegrationMethod
+    stiff_method: IntegrationMethod
     plan: StepPlan
     q: Reals
     v: Reals
@@ -54,6 +58,14 @@ class Simulation(NamedTuple):
 def new_pace(n: int) -> Reals:
     """Return an uninitialised pace table for a simulation of n joints."""
     return np.empty(PACE_COORDINATES + n)
+
+
+@compiled
+def current_method(simulation: Simulation) -> IntegrationMethod:
+    """Return the method of the next step."""
+    if simulation.pace[PACE_STIFF] > 0.0:
+        return simulation.stiff_method
+    return simulation.method
 
 
 @lean

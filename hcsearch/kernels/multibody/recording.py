@@ -23,8 +23,8 @@ class SimulationRecord(NamedTuple):
     """The record of a simulation: up to `steps` states and `events` events.
 
     times : (steps,). q, v, a : (steps, n). energies : (steps, 6): kinetic, stored, of gravity, in stops, lost in
-        dampers and to friction, lost at events. closure_residuals : (steps,), before projection. counts : (5,),
-        states, events, evaluations, rejected steps, ending.
+        dampers and to friction, lost at events. closure_residuals : (steps,), before projection. counts : (6,),
+        states, events, evaluations, rejected steps, ending, states before steps of the stiff method (-1 if none is).
     event_times, event_joints, event_kinds, event_speeds : of each event; cut hinges are counted after the joints.
     """
 

@@ -44,10 +44,12 @@ from hcsearch.kernels.multibody.paused_simulation import (
     PACE_SCALE,
     PACE_START_ENERGY,
     PACE_STEP,
+    PACE_STIFF,
     PACE_STOPS_KEPT,
     PACE_TIME,
     Simulation,
     accelerate_simulation,
+    current_method,
     new_pace,
 )
 from hcsearch.kernels.multibody.recording import (
@@ -77,6 +79,7 @@ from hcsearch.kernels.multibody.sticking import (
     forces_hold,
     settle_joints,
 )
+from hcsearch.kernels.multibody.stiffness import is_to_be_watched, watch_stiffness
 from hcsearch.kernels.multibody.stops import collide_joints, update_held_joints
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import BODY_CENTRE, WORK_PLACE, WORK_ROTATION, Work
@@ -88,6 +91,7 @@ def simulate_motion(
     mechanism: Mechanism,
     hold: DiscreteState,
     method: IntegrationMethod,
+    stiff_method: IntegrationMethod,
     plan: StepPlan,
     q: Reals,
     v: Reals,
@@ -95,7 +99,7 @@ def simulate_motion(
     record: SimulationRecord,
 ) -> None:
     """Simulate a motion from a closed state (q, v), which becomes the last state; fill the record."""
-    simulation = Simulation(mechanism, hold, method, plan, q, v, work, new_pace(len(q)), record)
+    simulation = Simulation(mechanism, hold, method, stiff_method, plan, q, v, work, new_pace(len(q)), record)
     start_simulation(simulation)
     continue_simulation(simulation, len(record.times) + 1)
 
@@ -107,7 +111,7 @@ def start_simulation(simulation: Simulation) -> None:
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
     a, energies = np.zeros(len(q)), np.zeros(6)
     record.counts[:] = 0
-    record.counts[4] = ENDING_NONE
+    record.counts[4], record.counts[5] = ENDING_NONE, -1
     work.time[0] = 0.0
     scale = largest_pivot(mechanism, q, work)
     pace[:PACE_COORDINATES], pace[PACE_COORDINATES:] = 0.0, q
@@ -119,8 +123,10 @@ def start_simulation(simulation: Simulation) -> None:
         update_held_joints(mechanism, hold, plan.min_bounce_speed, q, v, scale, work, a)
     pace[PACE_START_ENERGY] = _write_energies(simulation, energies)
     pace[PACE_LARGEST_ENERGY] = np.abs(energies).max()
+    if _may_change_method(simulation):
+        watch_stiffness(simulation)
     accelerate_simulation(simulation, a)
-    pace[PACE_STEP] = first_step(plan, simulation.method.order, q, v, a)
+    pace[PACE_STEP] = first_step(plan, current_method(simulation).order, q, v, a)
     record_state(record, hold, 0.0, q, v, a, energies, 0.0)
 
 
@@ -130,10 +136,10 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
 
     The motion does not depend on how often it is paused.
     """
-    mechanism, hold, method, plan = simulation.mechanism, simulation.hold, simulation.method, simulation.plan
+    mechanism, hold, plan = simulation.mechanism, simulation.hold, simulation.plan
     q, v, work, pace, record = simulation.q, simulation.v, simulation.work, simulation.pace, simulation.record
-    n = len(q)
-    stages = np.zeros((len(method.b) + 1, 2 * n + 2))
+    n, method = len(q), current_method(simulation)
+    stages = np.zeros((max(len(simulation.method.b), len(simulation.stiff_method.b)) + 1, 2 * n + 2))
     start, end = np.zeros(2 * n + 2), np.zeros(2 * n + 2)
     a = np.zeros(n)
     counts = record.counts
@@ -152,6 +158,10 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
         counts[4] = ending_before(simulation, a)
         if counts[4] != ENDING_NONE:
             break
+        if is_to_be_watched(simulation) and _may_change_method(simulation):
+            watch_stiffness(simulation)
+            method = current_method(simulation)
+            accelerate_simulation(simulation, a)
         pace[PACE_STEP] = min(pace[PACE_STEP], plan.max_step, plan.end - pace[PACE_TIME])
         error = take_step(method, stepper, pace[PACE_STEP])
         if not error <= 1.0:
@@ -159,7 +169,7 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
             pace[PACE_STEP] *= max(0.1, 0.9 * error ** (-1.0 / method.order)) if error < 1e100 else 0.1
             rejected = True
             continue
-        length, flat_share, joint, kind = _shorten(simulation, stepper, a)
+        length, flat_share, joint, kind = _shorten(simulation, method, stepper, a)
         q[:], v[:], energies[4] = end[:n], end[n : 2 * n], end[2 * n]
         pace[PACE_TIME] += length
         work.time[0] = pace[PACE_TIME]
@@ -167,9 +177,9 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
         if len(mechanism.cuts.bodies):
             residual = cut_gap(mechanism.cuts, work) / mechanism.tree.size
         if kind >= 0:
-            _process_event(simulation, joint, kind, residual, a, energies)
+            _process_event(simulation, joint, kind, residual, stages[len(method.b)], a, energies)
         else:
-            _complete_step(simulation, flat_share < 1.0, length / pace[PACE_STEP], a, energies)
+            _complete_step(simulation, flat_share < 1.0, length / pace[PACE_STEP], stages[len(method.b)], a, energies)
         if mechanism.hinges.stop_stiffness > 0.0:
             record_compliant_stops(mechanism, pace[PACE_TIME], length, q, v, work, coordinates, record)
         record_state(record, hold, pace[PACE_TIME], q, v, a, energies, residual)
@@ -184,13 +194,22 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
 
 
 @lean
-def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float, float, int, int]:
+def _may_change_method(simulation: Simulation) -> bool:
+    """Return whether a stiff motion would go on with another method."""
+    other = simulation.method.diagonal == 0.0 and simulation.stiff_method.diagonal > 0.0
+    return other and not simulation.pace[PACE_STIFF] > 0.0
+
+
+@lean
+def _shorten(
+    simulation: Simulation, method: IntegrationMethod, stepper: Stepper, a: Reals
+) -> tuple[float, float, int, int]:
     """Shorten a step, where necessary, to its first event, a release, or the flat state.
 
     Returns the length of the step (s), the share of it at which the system is flat (2 if it is not), and joint and kind
     of the event at its end (-1 without an event).
     """
-    method, plan, pace = simulation.method, simulation.plan, simulation.pace
+    plan, pace = simulation.plan, simulation.pace
     n, h = len(a), pace[PACE_STEP]
     keep_stops = pace[PACE_STOPS_KEPT] > 0.0
     pace[PACE_STOPS_KEPT] = 0.0
@@ -220,8 +239,13 @@ def _shorten(simulation: Simulation, stepper: Stepper, a: Reals) -> tuple[float,
 
 
 @lean
-def _process_event(simulation: Simulation, joint: int, kind: int, residual: float, a: Reals, energies: Reals) -> None:
-    """Record and process an event; the state before it is recorded too, as interpolation needs both ends of a step."""
+def _process_event(
+    simulation: Simulation, joint: int, kind: int, residual: float, last: Reals, a: Reals, energies: Reals
+) -> None:
+    """Record and process an event; the state before it is recorded too, as interpolation needs both ends of a step.
+
+    last : the derivative of the state at the end of the step.
+    """
     mechanism, hold = simulation.mechanism, simulation.hold
     q, v, pace, record = simulation.q, simulation.v, simulation.pace, simulation.record
     time = pace[PACE_TIME]
@@ -234,6 +258,7 @@ def _process_event(simulation: Simulation, joint: int, kind: int, residual: floa
     elif kind != EVENT_REST:
         record_event(record, time, joint, RECORDED_SNAP_UP if kind == EVENT_SNAP_UP else RECORDED_SNAP_DOWN, v[joint])
     accelerate_simulation(simulation, a)
+    _keep_stage_accelerations(simulation, last, a)
     _write_energies(simulation, energies)
     record_state(record, hold, time, q, v, a, energies, residual)
     _apply_event(simulation, joint, kind, a, energies)
@@ -242,25 +267,44 @@ def _process_event(simulation: Simulation, joint: int, kind: int, residual: floa
 
 
 @lean
-def _complete_step(simulation: Simulation, flat: bool, share: float, a: Reals, energies: Reals) -> None:
+def _complete_step(simulation: Simulation, flat: bool, share: float, last: Reals, a: Reals, energies: Reals) -> None:
     """Complete a step without an event: free joints whose stops would have to pull, unless the motion has ended.
 
     share : of the step, before a pull. Unless a joint is freed, the next step ignores pulls where this was short.
+    last : the derivative of the state at the end of the step.
     """
     hold, pace = simulation.hold, simulation.pace
+    events = pace[PACE_EVENT_COUNT]
     accelerate(simulation.mechanism, hold, simulation.q, simulation.v, pace[PACE_SCALE], True, simulation.work, a)
     simulation.record.counts[2] += 1
     if len(hold.slides):
         _complete_sliding_step(simulation, flat, share < 1.0, a)
-        _write_energies(simulation, energies)
-        return
-    pulls = greatest_pull(hold, a) > pace[PACE_GRIP]
-    if not flat and (pulls or share <= MIN_JUMP_STEP_SHARE):
-        if pulls and _release_stops(simulation, a):
-            pace[PACE_EVENT_COUNT] += 1.0
-        else:
-            pace[PACE_STOPS_KEPT] = 1.0
+    else:
+        pulls = greatest_pull(hold, a) > pace[PACE_GRIP]
+        if not flat and (pulls or share <= MIN_JUMP_STEP_SHARE):
+            if pulls and _release_stops(simulation, a):
+                pace[PACE_EVENT_COUNT] += 1.0
+            else:
+                pace[PACE_STOPS_KEPT] = 1.0
+    if pace[PACE_EVENT_COUNT] == events:
+        _keep_stage_accelerations(simulation, last, a)
     _write_energies(simulation, energies)
+
+
+@lean
+def _keep_stage_accelerations(simulation: Simulation, last: Reals, a: Reals) -> None:
+    """Give free joints the accelerations of the last stage of an implicit step.
+
+    Those at the state itself multiply the error of its rates by that by which dampers are stiff. Without inertia rates
+    are not part of the state.
+    """
+    stiff = simulation.pace[PACE_STIFF] > 0.0
+    is_implicit = (simulation.stiff_method.diagonal if stiff else simulation.method.diagonal) > 0.0
+    if is_implicit and not simulation.mechanism.overdamped:
+        n = len(a)
+        for i in range(n):
+            if not simulation.hold.held[i]:
+                a[i] = last[n + i]
 
 
 @compiled

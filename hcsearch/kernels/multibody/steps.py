@@ -9,7 +9,9 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.compiling.compiled import lean
 from hcsearch.kernels.multibody.accelerations import Stepper, accelerate, project_state
 from hcsearch.kernels.multibody.events import event_threshold, greatest_pull
-from hcsearch.kernels.multibody.integrators import IntegrationMethod, explicit_step, implicit_step, write_stage
+from hcsearch.kernels.multibody.extrapolated_steps import extrapolated_step
+from hcsearch.kernels.multibody.implicit_steps import implicit_step
+from hcsearch.kernels.multibody.integrators import IntegrationMethod, explicit_step, write_stage
 
 REACHED_STOP_ANGLE = 1e-11
 """Distance from a stop (rad) at which a joint has reached it."""
@@ -55,12 +57,14 @@ class StepPlan(NamedTuple):
 @lean
 def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     """Take one step; return its error over the tolerance. The last stage is the derivative at its end."""
+    if method.diagonal > 0.0:
+        return implicit_step(method, stepper, h)
     if not method.extrapolation_order:
         stepper.counts[2] += len(method.b)
         return explicit_step(method, stepper, h)
     columns, work = method.extrapolation_order, stepper.work
     stepper.counts[2] += columns * (columns + 1) // 2 + 1
-    error = implicit_step(columns, stepper, h)
+    error = extrapolated_step(columns, stepper, h)
     accelerate_at(stepper, stepper.end, False)
     write_stage(stepper.mechanism, stepper.hold, stepper.end, work.accelerations, work, stepper.stages[columns])
     return error

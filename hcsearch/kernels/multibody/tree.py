@@ -92,7 +92,7 @@ class Work(NamedTuple):
 
     bodies : (n, 77). slots : (s, 7). row_lines : (m, 9).
     errors, rates, forces : (m,), closure residuals, their rates (or accelerations), and forces of the rows.
-    residual_rates : (m,), of closure springs.
+    residual_rates, row_accelerations : (m,), of closure springs; the latter in the last iteration of an implicit stage.
     delassus : (m, m), accelerations of the rows per force. factor : (m, m), its Cholesky factor on the chosen rows.
     chosen : (m,), the independent rows. chosen_count : (1,), their number. pivots : (m,), used while rows are chosen.
     torques, added_inertia : (n,), joint forces, and the inertia that implicit steps add to the joints.
@@ -107,6 +107,7 @@ class Work(NamedTuple):
     rates: Reals
     forces: Reals
     residual_rates: Reals
+    row_accelerations: Reals
     delassus: Reals
     factor: Reals
     chosen: WholeNumbers
@@ -134,6 +135,7 @@ def work_for(tree: BodyTree) -> Work:
         rates=np.zeros(m),
         forces=np.zeros(m),
         residual_rates=np.zeros(m),
+        row_accelerations=np.zeros(m),
         delassus=np.zeros((m, m)),
         factor=np.zeros((m, m)),
         chosen=np.zeros(m, np.int64),

@@ -205,23 +205,30 @@ def spring_forces(tree: BodyTree, stiffness: float, damping: float, work: Work) 
 
 
 @lean
-def forces_ahead(tree: BodyTree, stiffness: float, damping: float, h: float, work: Work) -> None:
-    """Write the spring forces of the rows after a time h; call `gather_inertias` and `load_joints` first.
+def forces_ahead(tree: BodyTree, stiffness: float, damping: float, g: float, moves: bool, work: Work) -> None:
+    """Write the spring forces of the rows in an implicit stage; call `gather_inertias` and `load_joints` first.
 
-    The gap after h is g + h g' + h^2 g'', and its rate g' + h g''; as g'' is linear in the forces, each row has a
-    compliance of 1 / (h^2 k + h c).
+    They are those at the state of the last iteration, plus what the change of a row's acceleration since then adds: g^2
+    of it to the gap, and g to its rate. As the acceleration is linear in the forces, each row has a compliance of
+    1 / (g^2 k + g c). `work.row_accelerations` are brought up to date.
+
+    g : the step times the diagonal coefficient, s. moves : whether the state is that at the start of the step, so that
+        its rates add to the gap, too.
     """
-    m = len(work.forces)
-    stiff = h * (h * stiffness + damping)
+    m, resisting = len(work.forces), g * stiffness + damping if moves else damping
+    stiff = g * (g * stiffness + damping)
     weld_errors(tree, work, work.errors)
     weld_rates(tree, work, work.residual_rates)
     for r in range(m):
         work.chosen[r] = r
         work.delassus[r, r] += 1.0 / stiff
-        work.rates[r] += (stiffness * work.errors[r] + (h * stiffness + damping) * work.residual_rates[r]) / stiff
+        work.row_accelerations[r] -= (stiffness * work.errors[r] + resisting * work.residual_rates[r]) / stiff
+        work.rates[r] -= work.row_accelerations[r]
     work.chosen_count[0] = m
     factor_chosen_rows(work, 0.0)
     close_rows(work, work.rates)
+    for r in range(m):
+        work.row_accelerations[r] -= work.forces[r] / stiff
 
 
 @lean

@@ -63,6 +63,7 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         **play_facts(deployment, agreement),
         "scene": compiled.setup.name,
         "formulation": compiled.formulation,
+        "method": motion.method,
         "panels": compiled.linkage.n_panels,
         "hinges": compiled.linkage.n_hinges,
         "merged_panels": list(labels.merged),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,7 +27,7 @@ def reason_of_motion(
     sentence = _sentence_on_end(compiled, motion)
     diverged = outcome_of(motion.ending) == "diverged"
     is_clear = clearance is None or clearance.kind == "clear"
-    remedy = _remedy(compiled, motion.ending, driven=driven) if driven or diverged or is_clear else ""
+    remedy = _remedy(compiled, motion.ending, motion.methods, driven=driven) if driven or diverged or is_clear else ""
     return f"{sentence}: {remedy}" if remedy else sentence
 
 
@@ -51,10 +52,11 @@ def _sentence_on_end(compiled: CompiledScene, motion: Motion) -> str:
     }[motion.ending]
 
 
-def _remedy(compiled: CompiledScene, ending: SimulationStop, *, driven: bool) -> str:
+def _remedy(compiled: CompiledScene, ending: SimulationStop, methods: tuple[str, str], *, driven: bool) -> str:
     """Return how a motion may end otherwise; empty where it ends flat, or is held by its stops."""
-    easier, tighter = "raise the tolerance, or take the implicit method", "lower the tolerance"
-    closer = "take the compliant formulation"
+    tighter, closer = "lower the tolerance", "take the compliant formulation"
+    gentler = closer if "implicit" in methods else "take the implicit method"
+    easier = f"raise the tolerance, or {gentler}"
     if compiled.formulation == "penalty":
         easier, closer = "raise the tolerance, or lower cut_stiffness and stop_stiffness", "raise cut_stiffness"
     return {
@@ -63,7 +65,7 @@ def _remedy(compiled: CompiledScene, ending: SimulationStop, *, driven: bool) ->
         "short": easier,
         "stuck": "give stiffer springs, or less friction or harness",
         "open": closer,
-        "diverged": f"{tighter}, or take the implicit method",
+        "diverged": f"{tighter}, or {gentler}",
         "energy": closer if compiled.formulation == "constrained" else tighter,
     }.get(ending, "")
 
@@ -147,9 +149,19 @@ def verdict_of(outcome: Ending, clear: bool | None) -> Verdict:
     return "deploys" if outcome == "flat" else "undecided"
 
 
-def method_of(formulation: Formulation) -> Integrator:
-    """Return the default integrator of a formulation."""
-    return "implicit" if formulation == "compliant" else "dormand-prince"
+METHODS: dict[Formulation, tuple[Integrator, Integrator]] = {
+    "constrained": ("dormand-prince", "implicit"),
+    "compliant": ("linearly-implicit", "linearly-implicit"),
+    "penalty": ("dormand-prince", "dormand-prince"),
+    "quasistatic": ("dormand-prince", "implicit"),
+}
+"""Default integrators of each formulation, of motions that are not stiff and of those that are. No method treats the
+springs of cut hinges implicitly."""
+
+
+def methods_of(formulation: Formulation, method: str | None = None) -> tuple[str, str]:
+    """Return the integrators of motions that are not stiff and of those that are: the default ones, or `method`."""
+    return METHODS[formulation] if method is None else (method, method)
 
 
 @dataclass(frozen=True)
@@ -164,6 +176,7 @@ class DeploymentCheck:
         remaining : mean fold angle over pi then, or at the end if it is clear; end_remaining : at the end. widest :
         greatest fold angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest
         energy.
+    stiff_time : s, from which on steps are those of the method for stiff motions; infinite where none is.
     opening : greatest closure residual, rad or gap over the pattern's size. loose_share : share of the states at which
         loops are open though states are projected (see `docs/explanation/dynamics.md`, singular branches); not stored
         in databases.
@@ -184,6 +197,7 @@ class DeploymentCheck:
     evaluations: int
     looks: int
     loose_share: float = field(default=0.0, compare=False)
+    stiff_time: float = math.inf
 
     @property
     def verdict(self) -> Verdict:

@@ -21,7 +21,7 @@ from hcsearch.springs.deployment.outcomes import (
     MAX_DEPLOYMENT_STEPS,
     REST_ANGLE_TOLERANCE,
     DeploymentCheck,
-    method_of,
+    methods_of,
     outcome_of,
 )
 from hcsearch.springs.dynamics.integration_methods import method_named
@@ -132,11 +132,13 @@ def _run(
         flat=FLAT_FOLD_ANGLE,
         rest=REST_ANGLE_TOLERANCE,
     )
-    method, m = method_named(method_of(first.formulation)), system.mechanism
+    method, stiff_method = map(method_named, methods_of(first.formulation))
+    m = system.mechanism
     springs = m.struts, m.cuts, m.closure_stiffness, m.closure_damping
-    rules = CheckingRules(method, plan, *springs, *exactness, past_collisions)
+    rules = CheckingRules(method, stiff_method, plan, *springs, *exactness, past_collisions)
     findings = CheckFindings(
         endings=np.zeros(count, np.int64),
+        stiff_times=np.zeros(count),
         verdicts=np.zeros(count, np.int64),
         pairs=np.zeros(count, np.int64),
         counts=np.zeros((count, 4), np.int64),
@@ -175,6 +177,7 @@ def _check(compiled: CompiledScene, subject: SceneTables, findings: CheckFinding
         evaluations,
         looks,
         float(findings.open_state_shares[i]),
+        float(findings.stiff_times[i]),
     )
 
 

@@ -27,7 +27,7 @@ from hcsearch.springs.deployment.outcomes import (
     MAX_DEPLOYMENT_STEPS,
     REST_ANGLE_TOLERANCE,
     DeploymentCheck,
-    method_of,
+    methods_of,
     outcome_of,
     reason_of_motion,
     reason_with_clearance,
@@ -100,6 +100,7 @@ class Deployment(ByValue):
             evaluations=motion.evaluations,
             looks=0 if clearance is None else clearance.bound_count,
             loose_share=loose_states(self.compiled.system, motion),
+            stiff_time=motion.stiff_time,
         )
 
     def angles_at(self, times: Reals) -> Reals:
@@ -174,11 +175,13 @@ def simulate_compiled(
     if not 1e-13 <= tolerance <= 1e-1:
         raise HcsearchError(f"a tolerance of {tolerance:g} is out of range: give one from 1e-13 to 0.1")
     began = time.perf_counter()
+    first_method, stiff_method = methods_of(compiled.formulation, method)
     motion = simulate_system(
         compiled.system,
         compiled.start,
         end=compiled.seconds,
-        method=method or method_of(compiled.formulation),
+        method=first_method,
+        stiff_method=stiff_method,
         tolerance=tolerance,
         restitution=compiled.setup.restitution,
         flat=FLAT_FOLD_ANGLE,
@@ -231,7 +234,7 @@ def simulate_driven_scene(
             commands,
             compiled.start,
             end=end,
-            method=method or "implicit",
+            method=method or "linearly-implicit",
             tolerance=tolerance,
             restitution=compiled.setup.restitution,
             flat=flat,

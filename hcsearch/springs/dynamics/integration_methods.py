@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
@@ -17,8 +18,31 @@ SCIPY_SOLVERS = {
     "dormand-prince-8": "DOP853",
 }
 """Explicit integrators by the names of SciPy's solvers."""
-IMPLICIT_METHOD, IMPLICIT_ORDER = "implicit", 4
+IMPLICIT_METHOD = "implicit"
+"""ESDIRK4(3)6L[2]SA (Kennedy and Carpenter, Appl. Numer. Math. 44, 2003): order 4(3), L-stable, stiffly accurate."""
+EXTRAPOLATED_METHOD, EXTRAPOLATION_ORDER = "linearly-implicit", 4
 """Extrapolated linearly implicit Euler, and its order."""
+
+_IMPLICIT_DIAGONAL, _IMPLICIT_ORDER = 1 / 4, 4
+_IMPLICIT_TIMES = (0.0, 1 / 2, 83 / 250, 31 / 50, 17 / 20, 1.0)
+_IMPLICIT = (
+    (),
+    (1 / 4,),
+    (8611 / 62500, -1743 / 31250),
+    (5012029 / 34652500, -654441 / 2922500, 174375 / 388108),
+    (15267082809 / 155376265600, -71443401 / 120774400, 730878875 / 902184768, 2285395 / 8070912),
+    (82889 / 524892, 0.0, 15625 / 83664, 69875 / 102672, -2260 / 8211),
+)
+_IMPLICIT_THIRD_ORDER = (
+    4586570599 / 29645900160,
+    0.0,
+    178811875 / 945068544,
+    814220225 / 1159782912,
+    -3700637 / 11593932,
+    61727 / 225920,
+)
+_PREDICTING_STAGES = 4
+"""Most of the stages before an implicit one through whose derivatives a polynomial gives its first guess."""
 
 _DORMAND_PRINCE = (
     (1 / 5,),
@@ -39,13 +63,9 @@ def method_named(name: str) -> IntegrationMethod:
     (1980), which nearly all motions use, are given here.
     """
     if name == IMPLICIT_METHOD:
-        return IntegrationMethod(
-            np.zeros((IMPLICIT_ORDER, IMPLICIT_ORDER)),
-            np.zeros(IMPLICIT_ORDER),
-            np.zeros((2, IMPLICIT_ORDER + 1)),
-            IMPLICIT_ORDER,
-            IMPLICIT_ORDER,
-        )
+        return _implicit()
+    if name == EXTRAPOLATED_METHOD:
+        return _extrapolated()
     if name == "dormand-prince":
         return _dormand_prince()
     if name not in SCIPY_SOLVERS:
@@ -60,7 +80,7 @@ def method_named(name: str) -> IntegrationMethod:
         errors, order = np.array([solver.E5, solver.E3]), 8
     else:
         errors, order = np.array([solver.E, np.zeros(stages + 1)]), solver.error_estimator_order + 1
-    return IntegrationMethod(a, np.array(solver.B, float), np.ascontiguousarray(errors, float), order, 0)
+    return _explicit(a, np.array(solver.B, float), np.ascontiguousarray(errors, float), order)
 
 
 def _dormand_prince() -> IntegrationMethod:
@@ -69,7 +89,31 @@ def _dormand_prince() -> IntegrationMethod:
     for row, weights in enumerate(_DORMAND_PRINCE[:-1], 1):
         a[row, :row] = weights
     errors = np.array([_DORMAND_PRINCE_ERRORS, np.zeros(stages + 1)])
-    return IntegrationMethod(a, np.array(_DORMAND_PRINCE[-1]), errors, 5, 0)
+    return _explicit(a, np.array(_DORMAND_PRINCE[-1]), errors, 5)
+
+
+def _explicit(a: Reals, b: Reals, errors: Reals, order: int) -> IntegrationMethod:
+    return IntegrationMethod(a, b, errors, order, 0.0, np.zeros((0, 0)), 0)
+
+
+def _implicit() -> IntegrationMethod:
+    stages = len(_IMPLICIT)
+    a, predictors = np.zeros((stages, stages)), np.zeros((stages, stages))
+    for row, weights in enumerate(_IMPLICIT[1:], 1):
+        a[row, :row], a[row, row] = weights, _IMPLICIT_DIAGONAL
+        near = sorted(range(row), key=lambda k: abs(_IMPLICIT_TIMES[k] - _IMPLICIT_TIMES[row]))[:_PREDICTING_STAGES]
+        for k in near:  # Lagrange's polynomials
+            others = [_IMPLICIT_TIMES[j] for j in near if j != k]
+            factors = [(_IMPLICIT_TIMES[row] - time) / (_IMPLICIT_TIMES[k] - time) for time in others]
+            predictors[row, k] = math.prod(factors)
+    errors = np.zeros((2, stages + 1))
+    errors[0, :stages] = a[-1] - _IMPLICIT_THIRD_ORDER
+    return IntegrationMethod(a, a[-1].copy(), errors, _IMPLICIT_ORDER, _IMPLICIT_DIAGONAL, predictors, 0)
+
+
+def _extrapolated() -> IntegrationMethod:
+    s = EXTRAPOLATION_ORDER
+    return IntegrationMethod(np.zeros((s, s)), np.zeros(s), np.zeros((2, s + 1)), s, 0.0, np.zeros((0, 0)), s)
 
 
 def interpolate_motion(nodes: Reals, q: Reals, v: Reals, a: Reals | None, times: Reals) -> Reals:

@@ -83,6 +83,7 @@ class Motion(ByValue):
         or stiff springs close its loops.
     kinetic, stored, height, in_stops : (k,), kinetic energy, energy of laws and struts, of gravity, of compliant
         stops, J.
+    methods : integrators before and from `stiff_time` (s), which is infinite where the motion is not stiff.
     damped, lost : (k,), energy lost in dampers and to friction, and at events, since the start. gap : greatest closure
         residual before projection, rad or gap over size; of cut hinges, the extension of their springs.
     """
@@ -104,6 +105,16 @@ class Motion(ByValue):
     steps: int
     rejected: int
     evaluations: int
+    methods: tuple[str, str]
+    stiff_time: float
+
+    @property
+    def method(self) -> str:
+        """The integrator, or both of them with the time at which the second one takes over."""
+        first, second = self.methods
+        if first == second or self.stiff_time == 0.0:
+            return second
+        return first if math.isinf(self.stiff_time) else f"{first}, {second} from {self.stiff_time:.3g} s"
 
     @property
     def drift(self) -> float:
@@ -155,10 +166,14 @@ def simulate_system(
     v: Reals | None = None,
     *,
     method: str = "dormand-prince",
+    stiff_method: str | None = None,
     max_steps: int = 20_000,
     **options: Unpack[SimulationOptions],
 ) -> Motion:
-    """Simulate a system from a closed state, with velocities 0 unless given, up to a time (s)."""
+    """Simulate a system from a closed state, with velocities 0 unless given, up to a time (s).
+
+    stiff_method : that takes over where explicit steps are limited by their stability; `method` unless given.
+    """
     n = system.n_joints
     record = record_for(n, max_steps)
     plan = plan_for(system, **options)
@@ -166,10 +181,11 @@ def simulate_system(
     coordinates = np.array(q, float)
     discrete_state = discrete_state_for(mechanism, coordinates)
     speeds = np.zeros(n) if v is None else np.array(v, float)
-    kernel.simulate_motion(
-        mechanism, discrete_state, method_named(method), plan, coordinates, speeds, work_for(mechanism.tree), record
-    )
-    return motion_of_record(record, system)
+    methods = method, stiff_method or method
+    first, second = map(method_named, methods)
+    work = work_for(mechanism.tree)
+    kernel.simulate_motion(mechanism, discrete_state, first, second, plan, coordinates, speeds, work, record)
+    return motion_of_record(record, system, methods)
 
 
 def plan_for(
@@ -293,7 +309,7 @@ def record_for(n: int, steps: int) -> recording.SimulationRecord:
         a=np.empty((steps + 1, n)),
         energies=np.empty((steps + 1, 6)),
         closure_residuals=np.empty(steps + 1),
-        counts=np.zeros(5, np.int64),
+        counts=np.zeros(6, np.int64),
         event_times=np.empty(steps + 1),
         event_joints=np.empty(steps + 1, np.int64),
         event_kinds=np.empty(steps + 1, np.int64),
@@ -301,9 +317,9 @@ def record_for(n: int, steps: int) -> recording.SimulationRecord:
     )
 
 
-def motion_of_record(record: recording.SimulationRecord, system: System) -> Motion:
-    """Convert a record of the kernel to a motion."""
-    states, events, evaluations, rejected, ending = (int(x) for x in record.counts)
+def motion_of_record(record: recording.SimulationRecord, system: System, methods: tuple[str, str]) -> Motion:
+    """Convert a record of the kernel to a motion; methods : integrators of steps that are not stiff, and that are."""
+    states, events, evaluations, rejected, ending, stiff = (int(x) for x in record.counts)
     columns = (record.event_times, record.event_joints, record.event_kinds, record.event_speeds)
     happened = zip(*(column[:events].tolist() for column in columns), strict=True)
     kinetic, stored, height, in_stops, damped, lost = record.energies[:states].T.copy()
@@ -328,4 +344,6 @@ def motion_of_record(record: recording.SimulationRecord, system: System) -> Moti
         steps=int(np.count_nonzero(np.diff(record.times[:states]))),
         rejected=rejected,
         evaluations=evaluations,
+        methods=methods,
+        stiff_time=math.inf if stiff < 0 else float(record.times[max(0, stiff - 1)]),
     )

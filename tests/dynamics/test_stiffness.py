@@ -1,0 +1,118 @@
+"""Stiffness of motions: its estimate, and implicit steps where explicit ones are limited by their stability."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hcsearch import Folding, Scene, deploy
+from hcsearch.kernels.multibody.accelerations import accelerate, discrete_state_for, largest_pivot
+from hcsearch.kernels.multibody.paused_simulation import PACE_COORDINATES, PACE_SCALE, Simulation, new_pace
+from hcsearch.kernels.multibody.stiffness import STABLE_STEP, STIFF_STEPS, fastest_rate
+from hcsearch.kernels.multibody.tree import work_for
+from hcsearch.springs.deployment.compiled_scene import compile_scene
+from hcsearch.springs.deployment.quick_check import check_deployments
+from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
+from hcsearch.springs.dynamics.integration_methods import method_named
+from hcsearch.springs.dynamics.time_integration import plan_for, record_for
+from tests.linkages import linkage_named
+
+DEPLOYS = "hex:0234550132:4"
+FOLDINGS = (DEPLOYS, "hex:0122334550:1", "square:01222300:1", "square:0121222323030001:5")
+
+
+def compiled_of(name, *, formulation="constrained", **values):
+    return compile_scene(linkage_named(name), Scene(**values), formulation)
+
+
+def dense_operator(compiled):
+    """The derivative of accelerations by velocities (of velocities by coordinates), column by column."""
+    mechanism, q, n = compiled.system.mechanism, compiled.start, compiled.system.n_joints
+    work, hold = work_for(mechanism.tree), discrete_state_for(mechanism, q)
+    scale = largest_pivot(mechanism, q, work)
+
+    def response(change):
+        a = np.zeros(n)
+        moved, v = (q + change, np.zeros(n)) if mechanism.overdamped else (q, change)
+        accelerate(mechanism, hold, moved, v, scale, True, work, a)
+        return a
+
+    columns = [(response(1e-6 * unit) - response(np.zeros(n))) / 1e-6 for unit in np.eye(n)]
+    return np.array(columns).T
+
+
+def estimated_rate(compiled):
+    mechanism, q, n = compiled.system.mechanism, compiled.start.copy(), compiled.system.n_joints
+    work = work_for(mechanism.tree)
+    pace = new_pace(n)
+    pace[:PACE_COORDINATES] = 0.0
+    pace[PACE_SCALE] = largest_pivot(mechanism, q, work)
+    methods = method_named("dormand-prince"), method_named("implicit")
+    plan = plan_for(compiled.system, end=compiled.seconds)
+    hold = discrete_state_for(mechanism, q)
+    return fastest_rate(Simulation(mechanism, hold, *methods, plan, q, np.zeros(n), work, pace, record_for(n, 10)))
+
+
+@pytest.mark.parametrize("name", FOLDINGS)
+@pytest.mark.parametrize("values", [{}, {"damping": 4.0}, {"springs": (("0", "linear:10"),)}])
+@pytest.mark.parametrize("formulation", ["constrained", "quasistatic"])
+def test_the_fastest_rate_is_the_largest_eigenvalue(name, values, formulation):
+    compiled = compiled_of(name, formulation=formulation, **values)
+    largest = np.abs(np.linalg.eigvals(dense_operator(compiled))).max()
+    assert 0.6 * largest < estimated_rate(compiled) < 1.4 * largest
+
+
+@pytest.mark.parametrize("name", FOLDINGS)
+def test_motions_of_the_scene_default_are_not_stiff(name):
+    compiled = compiled_of(name)
+    assert estimated_rate(compiled) * compiled.seconds / STABLE_STEP < STIFF_STEPS
+    motion = simulate_compiled(compiled, certified=False).motion
+    explicit = simulate_compiled(compiled, method="dormand-prince", certified=False).motion
+    assert math.isinf(motion.stiff_time)
+    for table in ("times", "q", "v", "a"):
+        assert getattr(motion, table).tobytes() == getattr(explicit, table).tobytes()
+
+
+@pytest.mark.parametrize("damping", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize("name", ["square:01222300:1", "triangle:0123434501:1"])
+def test_stiff_motions_take_implicit_steps_and_become_flat(name, damping):
+    compiled = compiled_of(name, damping=damping)
+    motion = simulate_compiled(compiled, certified=False).motion
+    assert (motion.ending, motion.stiff_time) == ("flat", 0.0)
+    assert motion.steps < 500
+    exact = simulate_compiled(compiled, method="implicit", tolerance=1e-10, certified=False).motion
+    assert motion.times[-1] == pytest.approx(exact.times[-1], rel=1e-4)
+    explicit = simulate_compiled(compiled, method="dormand-prince", certified=False).motion
+    assert explicit.ending == "steps"
+
+
+def test_a_motion_that_would_run_out_of_steps_goes_on_implicitly():
+    compiled = compiled_of("square:01222300:1", damping=0.01)
+    explicit = simulate_compiled(compiled, method="dormand-prince", certified=False, max_steps=200)
+    assert explicit.outcome == "out of steps"
+    motion = simulate_compiled(compiled, certified=False, max_steps=200).motion
+    assert motion.ending == "flat"
+    assert 0.0 < motion.stiff_time < motion.times[-1]
+    before = int(np.searchsorted(motion.times, motion.stiff_time))
+    assert before == 150
+    whole = simulate_compiled(compiled, method="dormand-prince", tolerance=1e-9, certified=False).motion
+    assert motion.times[-1] == pytest.approx(whole.times[-1], rel=1e-4)
+    times = np.linspace(0.0, whole.times[-1], 500)
+    assert np.abs(motion.at(times) - whole.at(times)).max() < 1e-4
+
+
+@pytest.mark.parametrize("values", [{}, {"damping": 0.1}, {"damping": 3.0}])
+def test_quick_checks_choose_the_same_method(values):
+    compiled = compiled_of("square:01222300:1", **values)
+    check = check_deployments([compiled])[0]
+    assert check.stiff_time == simulate_compiled(compiled).check.stiff_time
+    assert check.outcome == "flat"
+    assert (check.stiff_time == 0.0) == bool(values)
+
+
+def test_a_method_that_is_given_is_kept():
+    folding = Folding.from_notation(DEPLOYS)
+    facts = deploy(folding, damping=1.0, method="dormand-prince").facts()
+    assert (facts["method"], facts["outcome"]) == ("dormand-prince", "out of steps")
+    assert deploy(folding, damping=1.0).facts()["method"] == "implicit"
+    assert deploy(folding).facts()["method"] == "dormand-prince"
