@@ -97,9 +97,11 @@ def _solve_stage(
     for iteration in range(MAX_STAGE_ITERATIONS):
         _move_stage(hold, overdamped, g, given, guess, end)
         change = _iterate(stepper, g, guess)
-        if iteration > 0 and before > 0.0:
+        if iteration == 0 and stepper.mechanism.closure_stiffness > 0.0:
+            continue  # the accelerations of the rows were not those of the guess
+        if before > 0.0:
             contraction = change / before
-        stalls = iteration > 0 and contraction >= 1.0
+        stalls = before > 0.0 and contraction >= 1.0
         rounding = 0.0
         if stalls and change > STALLED_STAGE_CHANGE:
             rounding = min(_rounding_error(stepper, g, guess), MAX_ROUNDING_ERROR)
