@@ -14,6 +14,7 @@ from typing import Any, TextIO
 import click
 
 from hcsearch.basics.errors import HcsearchError, HcsearchWarning, one_line
+from hcsearch.cli.accuracy import accuracy
 from hcsearch.cli.assembly import assembly
 from hcsearch.cli.atlas import atlas
 from hcsearch.cli.check import check
@@ -108,6 +109,7 @@ for command in (
     sheet,
     assembly,
     deploy,
+    accuracy,
     tune,
     drive,
     motion_,

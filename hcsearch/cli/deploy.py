@@ -11,10 +11,42 @@ from click.core import ParameterSource
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS
 from hcsearch.cli.cases import resolve_named, subject_options
-from hcsearch.cli.options import examples_epilog, json_option
+from hcsearch.cli.options import Command, examples_epilog, json_option
 from hcsearch.system.figures import check_picture
 from hcsearch.system.outputs import TABLE_SUFFIXES, check_output, write_table
 from hcsearch.system.terminal import short_number
+
+
+def scene_value_options(command: Command) -> Command:
+    """Add `--spring`, `--springs`, `--damping`, `--start` and `--restitution`."""
+    options = (
+        click.option("--spring", metavar="LAW", help="The spring at every hinge, such as linear:0.1 (N m/rad)."),
+        click.option(
+            "--springs",
+            "own_springs",
+            multiple=True,
+            metavar="HINGE=LAW",
+            help="The spring at one hinge, named by its crease; may be repeated.",
+        ),
+        click.option(
+            "--damping",
+            type=float,
+            metavar="C",
+            help="The damping at every hinge, N m s/rad.  [default: 0.043 s x stiffness]",
+        ),
+        click.option(
+            "--start",
+            type=float,
+            metavar="SHARE",
+            help="The share of the folded angles at which the motion starts.  [default: 0.999]",
+        ),
+        click.option(
+            "--restitution", type=float, metavar="E", help="The restitution of hinge stops, 0 to 1.  [default: 0]"
+        ),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
 
 
 @click.command(
@@ -35,24 +67,7 @@ from hcsearch.system.terminal import short_number
 @click.option(
     "--tolerance", type=float, default=1e-6, show_default=True, help="The error of a step, relative and absolute."
 )
-@click.option("--spring", metavar="LAW", help="The spring at every hinge, such as linear:0.1 (N m/rad).")
-@click.option(
-    "--springs",
-    "own_springs",
-    multiple=True,
-    metavar="HINGE=LAW",
-    help="The spring at one hinge, named by its crease; may be repeated.",
-)
-@click.option(
-    "--damping", type=float, metavar="C", help="The damping at every hinge, N m s/rad.  [default: 0.043 s x stiffness]"
-)
-@click.option(
-    "--start",
-    type=float,
-    metavar="SHARE",
-    help="The share of the folded angles at which the motion starts.  [default: 0.999]",
-)
-@click.option("--restitution", type=float, metavar="E", help="The restitution of hinge stops, 0 to 1.  [default: 0]")
+@scene_value_options
 @click.option(
     "--explain",
     is_flag=True,
@@ -81,7 +96,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
         check_output(options["output"], TABLE_SUFFIXES)
     if options["picture"]:
         check_picture(options["picture"])
-    case = resolve_named(name, options | _own_springs(options))
+    case = resolve_named(name, options | values_of_springs(options))
     if case.drive is not None and options["explain"]:
         raise HcsearchError("--explain does not apply to a scene with drives: leave it out")
     method, tolerance = options["method"], options["tolerance"]
@@ -105,7 +120,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
         click.get_current_context().exit(1)
 
 
-def _own_springs(options: dict[str, Any]) -> dict[str, Any]:
+def values_of_springs(options: dict[str, Any]) -> dict[str, Any]:
     """Return the springs of single hinges as values of a scene."""
     from hcsearch.shape.labels import is_label
 

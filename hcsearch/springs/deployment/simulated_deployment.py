@@ -13,6 +13,7 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
+from hcsearch.kernels.multibody.events import StateSeries
 from hcsearch.motion.collision.clearance import Clearance, certify_clearance
 from hcsearch.motion.collision.panel_prisms import resolution_of
 from hcsearch.motion.collision.panel_reaches import reaches
@@ -105,9 +106,14 @@ class Deployment(ByValue):
 
     def angles_at(self, times: Reals) -> Reals:
         """Interpolate the fold angles at times, shape (len(times), n_hinges), with closed loops between the states."""
-        (nodes, q, v, a), _ = closed_between(self.compiled.system, self.motion)
+        nodes, q, v, a = self._closed_states
         at_times = interpolate_motion(nodes, q, v, None if self.motion.cubic else a, times)
         return self.compiled.of_hinges(at_times, np.zeros_like(at_times))[0]
+
+    @cached_property
+    def _closed_states(self) -> StateSeries:
+        """The states, with others inserted that keep the loops closed."""
+        return closed_between(self.compiled.system, self.motion)[0]
 
     @property
     def sentence(self) -> str:
@@ -170,8 +176,9 @@ def simulate_compiled(
     tolerance: float = 1e-6,
     certified: bool = True,
     max_steps: int | None = None,
+    longest_step: float = math.inf,
 ) -> Deployment:
-    """Simulate a compiled scene, with the options of `simulate_deployment`."""
+    """Simulate a compiled scene, with the options of `simulate_deployment`; longest_step : s."""
     if not 1e-13 <= tolerance <= 1e-1:
         raise HcsearchError(f"a tolerance of {tolerance:g} is out of range: give one from 1e-13 to 0.1")
     began = time.perf_counter()
@@ -188,6 +195,7 @@ def simulate_compiled(
         watched=compiled.hinged,
         rest=REST_ANGLE_TOLERANCE,
         max_steps=max_steps or MAX_DEPLOYMENT_STEPS[compiled.formulation],
+        longest_step=longest_step,
     )
     return deployment_of_motion(compiled, motion, time.perf_counter() - began, certified=certified)
 

@@ -1,0 +1,83 @@
+"""Measure the accuracy of the deployment of a folding, an assembly or the subject of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from hcsearch.api.kinds import check_kinds
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS, Formulation, Way
+from hcsearch.cases.case import Case, CaseSubject
+from hcsearch.cases.databases import Place
+from hcsearch.cases.resolve import resolve
+from hcsearch.scenes import Scene
+from hcsearch.springs.accuracy.measured_accuracy import MeasuredAccuracy
+from hcsearch.springs.accuracy.work_rows import TOLERANCES, work_of_formulations
+from hcsearch.system.terminal import write_notice
+
+AccuracyProgress = Callable[[int, int, str], None]
+
+
+def accuracy(
+    what: CaseSubject | Case,
+    scene: Scene | str | None = None,
+    *,
+    formulation: Formulation | None = None,
+    error: float | None = None,
+    limit: float = 1.0,
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
+    progress: AccuracyProgress | None = None,
+    **values: Any,
+) -> MeasuredAccuracy:
+    """Measure error against run time of a deployment by springs, as `hcsearch accuracy` does.
+
+    Parameters
+    ----------
+    what, scene, panel, flat_pairs, db, **values
+        As those of `deploy`.
+    formulation
+        The only formulation that is tried; by default all that apply.
+    error
+        The greatest error of the fold angles for which the cheapest setting is named, rad.
+    limit
+        The greatest time of one simulation, s, about. What would take longer is not tried.
+    progress
+        Called with the number of simulations done, that of all, and words on the one that begins.
+
+    Returns
+    -------
+    MeasuredAccuracy
+        Errors and processor time of all simulations.
+
+    Examples
+    --------
+    >>> from hcsearch import Folding, accuracy
+    >>> measured = accuracy(Folding.from_notation("hex:0234550132:4"), formulation="constrained", error=1e-3)
+    >>> measured.works[0].suffices
+    True
+    >>> measured.cheapest.angle_error <= 1e-3
+    True
+    """
+    check_kinds(accuracy, locals())
+    for name, number in (("error", error), ("limit", limit)):
+        if number is not None and not 0.0 < number < float("inf"):
+            raise HcsearchError(f"{name} must be a positive number, not {number:g}: give one such as 1e-4")
+    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
+    if case.drives is not None:
+        raise HcsearchError("the accuracy of drives is not measured: leave out the table [drive]")
+    write_notice(case.sentence)
+    chosen = formulation or case.formulation
+    formulations = FORMULATIONS if chosen is None else (chosen,)
+    total, done = len(formulations) * (1 + len(INTEGRATORS) * len(TOLERANCES)), 0
+
+    def told(words: str) -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done - 1, total, words)
+
+    works = tuple(work_of_formulations(case.linkage, case.setup, formulations, seconds=limit, told=told))
+    return MeasuredAccuracy(case.name, case.setup.name, works, error)

@@ -1,0 +1,164 @@
+"""`hcsearch accuracy`: error against run time of a deployment, beside references."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import FORMULATIONS
+from hcsearch.cli.cases import case_options, subject_options
+from hcsearch.cli.deploy import scene_value_options, values_of_springs
+from hcsearch.cli.options import FiniteNumber, examples_epilog, json_option
+from hcsearch.cli.progress import ProgressMeter
+from hcsearch.system.figures import check_picture
+from hcsearch.system.outputs import TABLE_SUFFIXES, check_output, write_table
+from hcsearch.system.terminal import short_number
+
+if TYPE_CHECKING:
+    from hcsearch.springs.accuracy.measured_accuracy import MeasuredAccuracy
+    from hcsearch.springs.accuracy.work_rows import FormulationWork, WorkRow
+
+_HEADINGS = ("method", "tolerance", "angles, rad", "flat time, s", "energy", "closure", "ms", "steps", "ending")
+
+
+class _Angle(FiniteNumber):
+    """A positive angle in radians, with its unit or without."""
+
+    name = "angle"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        return super().convert(str(value).removesuffix("rad").strip(), param, ctx)
+
+
+@click.command(
+    epilog=examples_epilog(
+        "hcsearch accuracy hex:0234550132:4 --formulation constrained --error 1e-4",
+        "hcsearch accuracy unit-i --scene earth --limit 0.5 --picture work.svg --output work.csv",
+    )
+)
+@subject_options
+@click.option(
+    "--formulation",
+    type=click.Choice(FORMULATIONS),
+    help="The equations of motion that are tried.  [default: all that apply]",
+)
+@scene_value_options
+@click.option(
+    "--error",
+    type=_Angle(min=0, min_open=True),
+    metavar="RAD",
+    help="Name the cheapest setting with at most this error of the fold angles, rad.",
+)
+@click.option(
+    "--limit",
+    type=FiniteNumber(min=0, min_open=True),
+    default=1.0,
+    show_default=True,
+    metavar="S",
+    help="The greatest time of one simulation, s, about; what would take longer is not tried.",
+)
+@json_option
+@click.option("--output", metavar="FILE", help="Write all simulations as a table to a file .csv, .npz or .parquet.")
+@click.option("--picture", metavar="FILE", help="Draw error against processor time into a file .svg, .png or .pdf.")
+def accuracy(name: str, as_json: bool, **options: Any) -> None:
+    """Measure the error of a deployment against its run time.
+
+    The deployment is simulated by each method at tolerances from 1e-3 to 1e-10, in each formulation that applies, and
+    compared with a reference of order 8 at 1e-13, or the tightest tolerance that ends. A second reference, by another
+    method and with nothing left out, shows how exact the first one is. Errors are the greatest at any time, also
+    inside steps. The setting that hcsearch deploy takes by default is marked. Times are of the processor.
+    """
+    from hcsearch.api import measuring_accuracy
+
+    if options["output"]:
+        check_output(options["output"], TABLE_SUFFIXES)
+    if options["picture"]:
+        check_picture(options["picture"])
+    arguments = {option: options[option] for option in ("formulation", "error", "limit")}
+    arguments |= case_options(options | values_of_springs(options))
+    with ProgressMeter("simulation") as meter:
+        measured = measuring_accuracy.accuracy(name, progress=meter, **arguments)
+    if not any(work.rows for work in measured.works):
+        raise HcsearchError(f"nothing can be measured: {measured.works[0].refusal}")
+    if options["output"]:
+        write_table(options["output"], measured.table())
+    if options["picture"]:
+        measured.picture(options["picture"])
+    if as_json:
+        click.echo(json.dumps(measured.facts(), indent=2, allow_nan=False))
+    else:
+        _print(measured)
+
+
+def _print(measured: MeasuredAccuracy) -> None:
+    """Print a table for each formulation, and the cheapest setting."""
+    from hcsearch.springs.accuracy.work_report import model_sentence, reference_sentence
+
+    for work in measured.works:
+        click.echo(f"{work.formulation}: {reference_sentence(work)}")
+        if model := model_sentence(work):
+            click.echo(model)
+        if work.rows:
+            _print_rows(work)
+        click.echo()
+    if measured.wanted is not None:
+        click.echo(_cheapest_sentence(measured))
+
+
+def _print_rows(work: FormulationWork) -> None:
+    """Print the simulations of a formulation, one a line; a method that is no longer tried has one line for all."""
+    lines: list[tuple[str, ...]] = [_HEADINGS]
+    for method in dict.fromkeys(row.method for row in work.rows):
+        rows = [row for row in work.rows if row.method == method]
+        lines += [_cells(row, work) for row in rows if row.outcome is not None]
+        if untried := [row for row in rows if row.outcome is None]:
+            tolerances = _power(untried[0].tolerance) + (" on" if len(untried) > 1 else "")
+            lines.append(("  " + method, tolerances, untried[0].note))
+    widths = [max(len(line[k]) for line in lines if len(line) == len(_HEADINGS)) for k in range(len(_HEADINGS))]
+    for line in lines:
+        click.echo(_aligned(line, widths))
+
+
+def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
+    last = len(cells) - 1
+    padded = (
+        cell if k == last else f"{cell:{width}}" for k, (cell, width) in enumerate(zip(cells, widths, strict=False))
+    )
+    return "  ".join(padded).rstrip()
+
+
+def _cells(row: WorkRow, work: FormulationWork) -> tuple[str, ...]:
+    doubt = None if work.reference is None else work.reference.angle_doubt
+    angle = f"< {doubt:.1e}" if row.below and doubt else _number(row.angle_error)
+    return (
+        ("> " if row.default else "  ") + row.method,
+        _power(row.tolerance),
+        angle,
+        _number(row.time_error),
+        _number(row.drift),
+        _number(row.opening),
+        "-" if row.seconds is None else short_number(1e3 * row.seconds, 3),
+        "-" if row.steps is None else str(row.steps),
+        str(row.outcome),
+    )
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1e}"
+
+
+def _power(tolerance: float) -> str:
+    return f"{tolerance:.0e}".replace("e-0", "e-")
+
+
+def _cheapest_sentence(measured: MeasuredAccuracy) -> str:
+    row = measured.cheapest
+    wanted = f"{measured.wanted:.2g} rad"
+    if row is None or row.seconds is None:
+        return f"no setting has an error of at most {wanted}: take a larger --limit, or a larger --error"
+    milliseconds = short_number(1e3 * row.seconds, 2)
+    return f"cheapest for {wanted}: hcsearch deploy {row.options} ({milliseconds} ms, error {row.angle_error:.1e} rad)"
