@@ -12,8 +12,10 @@ from hcsearch.cases.case import Case, CaseSubject
 from hcsearch.cases.databases import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
+from hcsearch.springs.accuracy.error_bars import default_errors
 from hcsearch.springs.accuracy.measured_accuracy import MeasuredAccuracy
-from hcsearch.springs.accuracy.work_rows import TOLERANCES, work_of_formulations
+from hcsearch.springs.accuracy.work_rows import DEFAULT_TOLERANCE, TOLERANCES, work_of_formulations
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.system.terminal import write_notice
 
 AccuracyProgress = Callable[[int, int, str], None]
@@ -80,4 +82,8 @@ def accuracy(
             progress(done - 1, total, words)
 
     works = tuple(work_of_formulations(case.linkage, case.setup, formulations, seconds=limit, told=told))
-    return MeasuredAccuracy(case.name, case.setup.name, works, error)
+    measured = next((work.formulation for work in works if work.rows), None)
+    if measured is None:
+        raise HcsearchError(f"nothing can be measured: {works[0].refusal}")
+    errors = default_errors(compile_scene(case.linkage, case.setup, measured), DEFAULT_TOLERANCE)
+    return MeasuredAccuracy(case.name, case.setup.name, works, errors, error)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS
 from hcsearch.cli.cases import case_options, subject_options
 from hcsearch.cli.deploy import scene_value_options, values_of_springs
@@ -82,8 +81,6 @@ def accuracy(name: str, as_json: bool, **options: Any) -> None:
     arguments |= case_options(options | values_of_springs(options))
     with ProgressMeter("simulation") as meter:
         measured = measuring_accuracy.accuracy(name, progress=meter, **arguments)
-    if not any(work.rows for work in measured.works):
-        raise HcsearchError(f"nothing can be measured: {measured.works[0].refusal}")
     if options["output"]:
         write_table(options["output"], measured.table())
     if options["picture"]:
@@ -105,8 +102,28 @@ def _print(measured: MeasuredAccuracy) -> None:
         if work.rows:
             _print_rows(work)
         click.echo()
+    _print_errors(measured.facts()["errors"])
     if measured.wanted is not None:
         click.echo(_cheapest_sentence(measured))
+
+
+def _print_errors(errors: dict[str, Any] | None) -> None:
+    """Print the error bars of the default setting, what the reference says, and the effect of a perturbed start."""
+    from hcsearch.springs.accuracy.error_bars import PERTURBATION
+    from hcsearch.springs.deployment.error_estimates import PARTING_ANGLE
+    from hcsearch.springs.deployment.error_words import errors_sentence
+
+    if errors is None:
+        click.echo("errors: no estimate, as a simulation of the default setting gets nowhere or diverges")
+        return
+    click.echo(f"errors by default: {errors_sentence(errors)}")
+    measured = errors["measured_angles_rad"]
+    if measured is not None:
+        time = "" if errors["measured_flat_time_s"] is None else f", flat time {errors['measured_flat_time_s']:.0e} s"
+        click.echo(f"beside the reference: fold angles {measured:.0e} rad{time}")
+    until = errors["perturbed_until_s"]
+    parted = "never parts from it" if until is None else f"parts from it at {short_number(until)} s"
+    click.echo(f"a start that differs by {PERTURBATION:g} rad {parted} by more than {PARTING_ANGLE:g} rad")
 
 
 def _print_rows(work: FormulationWork) -> None:

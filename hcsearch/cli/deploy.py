@@ -138,12 +138,17 @@ def values_of_springs(options: dict[str, Any]) -> dict[str, Any]:
 
 def _print(outcome: dict[str, Any]) -> None:
     """Print the outcome, one fact per line."""
+    from hcsearch.springs.deployment.error_words import errors_sentence
+
     omissions, events, arrived = outcome.pop("left_out"), outcome.pop("events"), outcome.pop("arrivals")
     saved = outcome.pop("saved", None)
+    errors = outcome.pop("errors")
     outcome["merged_panels"] = ", ".join(outcome["merged_panels"]) or "none"
     for name, value in outcome.items():
         shown = "-" if value is None else (short_number(value, 6) if isinstance(value, float) else value)
         click.echo(f"{name.replace('_', ' '):24}{shown}")
+    if errors is not None:
+        click.echo(f"{'errors':24}{errors_sentence(errors)}")
     click.echo(f"{'stops hit':24}{sum(event['kind'] == 'hit' for event in events)}")
     for arrival in arrived[:10]:
         hinges = ", ".join(map(str, arrival["hinges"]))

@@ -45,6 +45,7 @@ KEYS = [
     "end_time_s",
     "other_tolerances",
     "other_outcomes",
+    "errors",
     "widest_angle_rad",
     "energy_start_J",
     "energy_damped_J",

@@ -13,7 +13,8 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
 from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.agreement import confirm_deployment, hinge_arrivals
+from hcsearch.springs.deployment.agreement import confirm_deployment
+from hcsearch.springs.deployment.arrivals import hinge_arrivals
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.deployment_facts import deployment_facts
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, REST_ANGLE_TOLERANCE, reason_of_motion

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from hcsearch.scenes.laws import linear_law
-from hcsearch.springs.flight.law_torques import law_torques
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.path_margins import path_rates
 from tests.planned import planned
 

@@ -9,9 +9,9 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.linkage.courses import COURSE_TERM_COUNT
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.scenes.laws import law_named, linear_law
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight import certified_margins
 from hcsearch.springs.flight.certified_margins import certified_margin, steepest_slopes, wander_of
-from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.torque_margin import (
     allowed_senses,
     closed_rates,

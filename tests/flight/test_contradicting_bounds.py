@@ -5,7 +5,7 @@ import pytest
 
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes.laws import law_named
-from hcsearch.springs.flight.law_torques import law_torques
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.torque_margin import (
     KNOWN_MARGIN_TOLERANCE,
     allowed_senses,

@@ -11,8 +11,8 @@ from hcsearch.designs.folding import Folding
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.scenes import Scene
 from hcsearch.scenes.laws import law_named
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.flight_figures import figures_of, least_margins, travel_margins
-from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.torque_margin import (
     allowed_senses,
     closed_rates,

@@ -8,7 +8,7 @@ import pytest
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.scenes.laws import law_named, linear_law
-from hcsearch.springs.flight.law_torques import law_torques
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.path_margins import best_rates_along, margins_along, path_rates
 from hcsearch.springs.flight.torque_margin import power_ratios
 from tests.flight.paths import NAMES, rates_of, springs_of

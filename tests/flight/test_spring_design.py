@@ -8,7 +8,7 @@ import pytest
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes.laws import linear_law
-from hcsearch.springs.flight.law_torques import law_torques
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.path_margins import margins_along
 from hcsearch.springs.flight.spring_design import SpringRule, choose_springs, least_preloads
 from hcsearch.springs.flight.torque_margin import power_ratios

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hcsearch.springs.accuracy.error_bars import DefaultErrors
 from hcsearch.springs.accuracy.work_report import draw_work, work_facts, work_row_facts, work_table
 from hcsearch.springs.accuracy.work_rows import FormulationWork, WorkRow
+from hcsearch.springs.deployment.error_words import error_facts
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,6 +26,8 @@ class MeasuredAccuracy:
         The name of the scene.
     works
         The simulations of each formulation, with their errors and processor time.
+    errors
+        The deployment by the default setting of the first formulation, with estimates of its errors.
     wanted
         The greatest error of the fold angles for which the cheapest setting is wanted, rad; None without one.
     """
@@ -31,6 +35,7 @@ class MeasuredAccuracy:
     name: str
     scene: str
     works: tuple[FormulationWork, ...]
+    errors: DefaultErrors
     wanted: float | None = None
 
     @property
@@ -44,9 +49,23 @@ class MeasuredAccuracy:
         return {
             "subject": self.name,
             "scene": self.scene,
+            "errors": self._error_facts(),
             "wanted_error_rad": self.wanted,
             "cheapest": None if cheapest is None else work_row_facts(cheapest) | {"options": cheapest.options},
             "formulations": [work_facts(work) for work in self.works],
+        }
+
+    def _error_facts(self) -> dict[str, Any] | None:
+        """The estimates of errors as plain data, with what the reference says; None without estimates."""
+        errors = self.errors
+        if errors.estimates is None:
+            return None
+        row = next((row for work in self.works[:1] for row in work.rows if row.default), None)
+        measured = {name: None if row is None else getattr(row, name) for name in ("angle_error", "time_error")}
+        return error_facts(errors.estimates) | {
+            "perturbed_until_s": errors.perturbed_until,
+            "measured_angles_rad": measured["angle_error"],
+            "measured_flat_time_s": measured["time_error"],
         }
 
     def table(self) -> pd.DataFrame:

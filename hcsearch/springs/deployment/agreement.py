@@ -1,4 +1,4 @@
-"""Agreement of a deployment with simulations of it at tighter tolerances; arrivals at stops.
+"""Agreement of a deployment with simulations of it at tighter tolerances.
 
 Where branches of motions cross, and where rounding determines the rank of the closure equations, a simulation follows
 one of several continuations, and hardly shows whether another one is as likely. Such a motion is branch-singular, in
@@ -13,10 +13,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, NamedTuple
 
-import numpy as np
-
 from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
-from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, MAX_DEPLOYMENT_STEPS, DeploymentCheck
+from hcsearch.springs.deployment.error_estimates import ErrorEstimates, clearances_of, estimate_errors
+from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck
 from hcsearch.springs.deployment.play import needed_margin_of
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
 from hcsearch.system.terminal import short_number
@@ -68,6 +67,7 @@ class Agreement:
     reason : the result in a sentence. others : the simulations at the other tolerances.
     needed_margin : m, the least at which all of them are certified clear; least_gap : m, of the first, as of `Play`;
     both None unless it deploys. outcome : the ending of the first, or `branch-singular`.
+    errors : estimates of the errors of the first, from the others; None where motions are not compared.
     """
 
     verdict: Verdict
@@ -77,6 +77,7 @@ class Agreement:
     needed_margin: float | None = None
     least_gap: float | None = None
     outcome: Ending | BranchSingular = "flat"
+    errors: ErrorEstimates | None = None
 
     @property
     def untimed(self) -> bool:
@@ -143,12 +144,17 @@ def confirm_deployment(
     simulated = partial(simulate_compiled, compiled, method=method, certified=certified, max_steps=steps)
     others = [simulated(tolerance=other) for other in tolerances]
     agreement = agreement_of_checks([other.check for other in (deployment, *others)], (tolerance, *tolerances))
-    if agreement is None or agreement.verdict != "deploys" or deployment.play is None:
+    if agreement is None:
+        return None
+    play = deployment.play if agreement.verdict == "deploys" else None
+    gaps = clearances_of([deployment, *others], play)
+    agreement = replace(agreement, errors=estimate_errors([deployment, *others], tolerance, gaps))
+    if play is None:
         return agreement
-    needed = deployment.play.needed_margin
+    needed = play.needed_margin
     for other in others:
         needed = needed_margin_of(compiled, other.motion, needed)
-    return replace(agreement, needed_margin=needed, least_gap=deployment.play.least_gap)
+    return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
 
 def agreement_of_checks(checks: Sequence[DeploymentCheck], tolerances: Sequence[float]) -> Agreement | None:
@@ -192,54 +198,3 @@ def _each(simulations: Sequence[SimulationFindings], words: Sequence[str]) -> st
     tolerances = [f"{simulation.tolerance:.6g}".replace("e-0", "e-") for simulation in simulations]
     first, *rest = [f"{word} at {tolerance}" for word, tolerance in zip(words, tolerances, strict=True)]
     return ", ".join([first.replace(" at ", " at tolerance ", 1), *rest])
-
-
-ARRIVAL_TIME_TOLERANCE = 1e-4
-"""Greatest time (s) between arrivals that count as one: mirror images arrive together up to rounding."""
-
-
-@dataclass(frozen=True)
-class Arrival:
-    """Hinges that arrive at their stops together: the first time (s), and the greatest speed (rad/s)."""
-
-    time: float
-    stop: Literal["flat", "folded"]
-    hinges: tuple[int, ...]
-    speed: float
-
-
-def hinge_arrivals(deployment: Deployment) -> tuple[Arrival, ...]:
-    """Return the arrivals of hinges at stops that they had left by more than 0.01 rad since their last hit.
-
-    Bounces are left out, as their number and size depend on the model of the stops.
-    """
-    arrived: list[Arrival] = []
-    for time, stop, hinge, speed in sorted(_hits(deployment)):
-        recent = (a for a in arrived[::-1] if a.stop == stop and time - a.time <= ARRIVAL_TIME_TOLERANCE)
-        together = next(recent, None)
-        if together is None:
-            arrived.append(Arrival(time, stop, (hinge,), speed))
-        else:
-            hinges = tuple(sorted({*together.hinges, hinge}))
-            arrived[arrived.index(together)] = Arrival(together.time, stop, hinges, max(together.speed, speed))
-    return tuple(arrived)
-
-
-def _hits(deployment: Deployment) -> list[tuple[float, Literal["flat", "folded"], int, float]]:
-    """Return time, stop, hinge and speed of each hit except bounces."""
-    times, angles, hits = deployment.motion.times, deployment.angles, []
-    last_hits: dict[int, float] = {}
-    for event in deployment.motion.events:
-        if event.kind != "hit":
-            continue
-        for hinge in deployment.compiled.hinges_of(event.joint):
-            angles_since = angles[
-                np.searchsorted(times, last_hits.get(hinge, 0.0)) : np.searchsorted(times, event.time), hinge
-            ]
-            angle = float(np.interp(event.time, times, angles[:, hinge]))
-            stop: Literal["flat", "folded"] = "flat" if angle < 0.5 * math.pi else "folded"
-            limit = 0.0 if stop == "flat" else math.pi
-            if np.abs(angles_since - limit).max(initial=0.0) > FLAT_FOLD_ANGLE:
-                hits.append((event.time, stop, hinge, abs(event.speed)))
-            last_hits[hinge] = event.time
-    return hits

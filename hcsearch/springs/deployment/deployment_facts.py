@@ -14,8 +14,10 @@ from hcsearch.scenes.setup import Setup
 from hcsearch.shape.angle_curves import draw_angle_curves
 from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment, hinge_arrivals
+from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
+from hcsearch.springs.deployment.arrivals import hinge_arrivals
 from hcsearch.springs.deployment.drives import Drives
+from hcsearch.springs.deployment.error_words import error_facts
 from hcsearch.springs.deployment.outcomes import collision_sentence, reason_with_clearance
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.system.figures import figure_for, label_curves, line_style, set_title
@@ -75,6 +77,7 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
         "end_time_s": float(motion.times[-1]) if flat_time is None and not untimed else flat_time,
         "other_tolerances": None if agreement is None else [other.tolerance for other in agreement.others],
         "other_outcomes": None if agreement is None else [other.outcome for other in agreement.others],
+        "errors": None if agreement is None or agreement.errors is None else error_facts(agreement.errors),
         "widest_angle_rad": float(np.abs(deployment.angles[-1]).max(initial=0.0)),
         "energy_start_J": float(sum(energies[name][0] for name in ("kinetic_J", "stored_J", "height_J"))),
         "energy_damped_J": float(energies["damped_J"][-1]),

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
+from hcsearch.motion.collision.panel_prisms import TOUCHING_DISTANCE, resolution_of, scale_of
+from hcsearch.springs.deployment.arrivals import hinge_arrivals
+from hcsearch.springs.deployment.compiled_scene import CompiledScene
+from hcsearch.springs.deployment.play import Play, least_gap_of
 from hcsearch.springs.deployment.simulated_deployment import Deployment
+from hcsearch.springs.dynamics.law_torques import law_torques
 
 EVEN_TIMES = 500
 """Number of evenly spaced times at which motions are compared."""
@@ -15,6 +25,18 @@ _INSIDE = np.array([0.25, 0.5, 0.75])
 """Shares of a step at which motions are compared inside it."""
 PARTING_ANGLE = 0.01
 """Two motions part where a fold angle differs by more than this (rad): the greatest angle of a flat array."""
+SMOOTH_FACTOR, EVENT_FACTOR, SENSITIVE_FACTOR = 4.0, 12.0, 150.0
+"""An estimate of an error is so many times the greatest distance from the same deployment at tighter tolerances. Where
+these converge, errors fall with the tolerance and are about that distance; more is allowed with impacts or sticking,
+and most where the motion is sensitive. On scenes drawn at random errors were at most 1.1, 10 and 123 times the
+distance (docs/explanation/accuracy.md)."""
+SLOW_SHARE, SLOW_DISTANCE = 0.3, 10.0
+"""A motion is sensitive where the two at the tighter tolerances are further apart than this share of the distance, and
+this is more than so many tolerances; at a tenth of a tolerance, a share of 0.1 is expected."""
+RELATIVE_ROUNDING = 1e-11
+"""What rounding, and the location of events, may leave of the error of any number, as a share of it."""
+ANGLE_ROUNDING = 1e-10
+"""The same of a fold angle, rad."""
 
 
 def comparison_times(steps: Reals, until: float) -> Reals:
@@ -34,11 +56,148 @@ def angle_distances(one: Deployment, other: Deployment, times: Reals) -> Reals:
 
     States between those of a motion are interpolated by its own polynomials, with closed loops.
     """
-    distances: Reals = np.abs(one.angles_at(times) - other.angles_at(times)).max(axis=1, initial=0.0)
-    return distances
+    return _distances(one.angles_at(times), other.angles_at(times))
 
 
 def parting_time(times: Reals, distances: Reals) -> float | None:
     """Return the first time (s) at which two motions differ by more than `PARTING_ANGLE`; None if they never do."""
     parted = np.flatnonzero(~(distances <= PARTING_ANGLE))
     return float(times[parted[0]]) if len(parted) else None
+
+
+@dataclass(frozen=True)
+class ErrorBar:
+    """A number that a user reads, and the estimate of its error, in the same unit."""
+
+    value: float
+    error: float
+
+
+@dataclass(frozen=True)
+class ErrorEstimates:
+    """Estimates of the errors of a deployment; none is a bound.
+
+    angle : of all fold angles at any time until `reproducible_until`, or the end, rad. flat_time : s; None unless all
+    simulations are flat. clearance : the smallest gap to which panels return, m. latch_rate : the greatest speed at
+    which hinges arrive at their flat stops, rad/s; torque : the greatest of spring and damper at a hinge, N m; both
+    until motions that part differ by a tenth of `PARTING_ANGLE`. These three are None where a simulation has no such
+    number.
+    sensitive : whether errors do not fall as tolerances do, so that the estimates are wider.
+    reproducible_until : s, from which on a fold angle differs by more than `PARTING_ANGLE` between simulations; None
+    if none ever does.
+    """
+
+    angle: float
+    flat_time: ErrorBar | None
+    clearance: ErrorBar | None
+    latch_rate: ErrorBar | None
+    torque: ErrorBar | None
+    sensitive: bool
+    reproducible_until: float | None
+
+
+def error_estimate(values: Sequence[float], factor: float = SMOOTH_FACTOR, resolution: float = 0.0) -> float:
+    """Estimate the error of the first of several values of one number, the others at tighter tolerances.
+
+    factor : of the greatest distance. resolution : of the values, by which all may be off, and differ.
+    """
+    first, *others = values
+    distance = max(0.0, max(abs(first - other) for other in others) - resolution)
+    return factor * distance + resolution + RELATIVE_ROUNDING * abs(first)
+
+
+class Clearances(NamedTuple):
+    """The smallest gap of each of several deployments, m, None where it is not known, and its resolution, m."""
+
+    gaps: Sequence[float | None]
+    resolution: float
+
+
+def clearances_of(deployments: Sequence[Deployment], play: Play | None = None) -> Clearances:
+    """Return the gaps to which panels return, or, where panels as built overlap by a play, the least gaps."""
+    linkage = deployments[0].compiled.linkage
+    if play is None or play.least_gap is None or play.least_gap >= 0.0:
+        gaps = [None if one.clearance is None else one.clearance.gap for one in deployments]
+        return Clearances(gaps, resolution_of(linkage))
+    others = [least_gap_of(one.compiled, one.motion) for one in deployments[1:]]
+    return Clearances([play.least_gap, *others], TOUCHING_DISTANCE * scale_of(linkage))
+
+
+def estimate_errors(
+    deployments: Sequence[Deployment], tolerance: float, clearances: Clearances | None = None
+) -> ErrorEstimates | None:
+    """Estimate the errors of a deployment, the first one, from others at tighter tolerances, the tightest last.
+
+    tolerance : of the first. clearances : of all, if they are wanted. None where there are no others, one has no states
+    to compare, or the first diverges.
+    """
+    first, others = deployments[0], deployments[1:]
+    states = all(len(one.motion.times) > 1 and np.isfinite(one.motion.q).all() for one in deployments)
+    if not others or not states or first.outcome == "diverged":
+        return None
+    times = comparison_times(first.motion.times, min(float(one.motion.times[-1]) for one in deployments))
+    angles = [one.angles_at(times) for one in deployments]
+    distances = np.max([_distances(angles[0], other) for other in angles[1:]], axis=0)
+    parting = parting_time(times, distances)
+    end = float(times[-1]) if parting is None else _agreeing_end(times, distances)
+    here = slice(None) if parting is None else times < parting
+    greatest = float(distances[here].max(initial=0.0))
+    tighter = float(_distances(angles[-1], angles[-2])[here].max(initial=0.0)) if len(others) > 1 else 0.0
+    slow = tighter > SLOW_SHARE * greatest and greatest > SLOW_DISTANCE * tolerance
+    sensitive = slow or parting is not None
+    factor = SENSITIVE_FACTOR if sensitive else EVENT_FACTOR if first.motion.events else SMOOTH_FACTOR
+    return ErrorEstimates(
+        angle=min(factor * greatest + ANGLE_ROUNDING, math.pi),
+        flat_time=_bar([one.flat_time for one in deployments], factor),
+        clearance=None if clearances is None else _bar(clearances.gaps, factor, clearances.resolution),
+        latch_rate=_bar([greatest_latch_rate(one, end) for one in deployments], factor),
+        torque=_bar([greatest_torque(one, end) for one in deployments], factor),
+        sensitive=sensitive,
+        reproducible_until=parting,
+    )
+
+
+def _agreeing_end(times: Reals, distances: Reals) -> float:
+    """Return the time (s) until which motions that part agree to a tenth of `PARTING_ANGLE`."""
+    return float(times[np.flatnonzero(~(distances <= 0.1 * PARTING_ANGLE))[0]])
+
+
+def _distances(angles: Reals, others: Reals) -> Reals:
+    """Return the greatest distance of a fold angle at each time, rad."""
+    distances: Reals = np.abs(angles - others).max(axis=1, initial=0.0)
+    return distances
+
+
+def _bar(values: Sequence[float | None], factor: float, resolution: float = 0.0) -> ErrorBar | None:
+    """Return the first value with the estimate of its error; None unless all simulations have the number."""
+    known = [value for value in values if value is not None]
+    if len(known) < len(values):
+        return None
+    return ErrorBar(float(known[0]), float(error_estimate(known, factor, resolution)))
+
+
+def greatest_torque(deployment: Deployment, until: float) -> float | None:
+    """Return the greatest torque of the spring and the damper of a hinge at the states until a time (s), N m.
+
+    None without hinges. At the start it is that of the wound springs; dampers add to it where hinges are fast.
+    """
+    compiled, here = deployment.compiled, deployment.motion.times <= until
+    angles, rates = deployment.angles[here], deployment.rates[here]
+    torques = law_torques(compiled.setup.laws, angles) + _hinge_damping(compiled) * rates
+    return float(np.abs(torques).max()) if torques.size else None
+
+
+def _hinge_damping(compiled: CompiledScene) -> Reals:
+    """Return the damping of all hinges, N m s/rad."""
+    drives = [drive.damping / share for drive, share in zip(compiled.system.drives, compiled.shares, strict=True)]
+    cuts = [cut.drive.damping for cut in compiled.system.cuts]
+    return np.array([drives[joint] if joint >= 0 else cuts[-1 - joint] for joint in compiled.joint_of])
+
+
+def greatest_latch_rate(deployment: Deployment, until: float) -> float | None:
+    """Return the greatest speed at which hinges arrive at their flat stops before a time (s), rad/s; None without any.
+
+    Bounces are no arrivals.
+    """
+    arrivals = [arrival for arrival in hinge_arrivals(deployment) if arrival.stop == "flat" and arrival.time < until]
+    return max((arrival.speed for arrival in arrivals), default=None)

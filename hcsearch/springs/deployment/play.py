@@ -64,11 +64,18 @@ class Play:
 def play_of_deployment(compiled: CompiledScene, motion: Motion, least_margin: float = 0.0) -> Play:
     """Compute the play of a motion that is certified clear; least_margin : as of `needed_margin_of`."""
     path = course_of_deployment(compiled, motion)
+    return Play(_needed(compiled, path, least_margin), _least_gap(compiled, path))
+
+
+def least_gap_of(compiled: CompiledScene, motion: Motion) -> float | None:
+    """Compute the least gap of the panels as built, m, as of `Play`."""
+    return _least_gap(compiled, course_of_deployment(compiled, motion))
+
+
+def _least_gap(compiled: CompiledScene, path: DeploymentCourse) -> float | None:
     touching = TOUCHING_DISTANCE * scale_of(compiled.linkage)
     gap = least_gap_of_motion(compiled.linkage, path.course, resolution=touching, apart=compiled.separated_pairs)
-    if gap is not None and abs(gap) < touching:
-        gap = 0.0
-    return Play(_needed(compiled, path, least_margin), gap)
+    return 0.0 if gap is not None and abs(gap) < touching else gap
 
 
 def needed_margin_of(compiled: CompiledScene, motion: Motion, least_margin: float = 0.0) -> float:

@@ -13,12 +13,12 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.records import FlightNumbers
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.shape.labels import labels_of
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.build_errors import BuildTolerances
 from hcsearch.springs.flight.clearance_ratio import clearance_ratio
 from hcsearch.springs.flight.craft import craft_clearance
 from hcsearch.springs.flight.deployed_modes import DeployedModes, deployed_modes, flat_stiffness
 from hcsearch.springs.flight.latching import latch_bounds
-from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.margin_figures import MarginFigures, margin_figures
 from hcsearch.springs.flight.panel_rates import FloatingBase
 from hcsearch.springs.flight.path_margins import PathMargins, margins_along

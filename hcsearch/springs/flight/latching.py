@@ -18,7 +18,7 @@ from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes.laws import Law, LawBranch
 from hcsearch.shape.linkage import Linkage, hinge_tree
-from hcsearch.springs.deployment.agreement import hinge_arrivals
+from hcsearch.springs.deployment.arrivals import hinge_arrivals
 from hcsearch.springs.deployment.compiled_scene import AT_STOP_ANGLE
 from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.dynamics.panels import panel_bodies

@@ -19,13 +19,13 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.paths.motions import accumulated_turn
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.certified_margins import (
     CertifiedMargin,
     certified_margin,
     steepest_slopes,
     wander_of,
 )
-from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.path_margins import PathMargins
 from hcsearch.springs.flight.torque_margin import allowed_senses, closed_rates, torque_margins, torque_margins_failed
 from hcsearch.springs.flight.travel import Travel, states_at

@@ -15,11 +15,11 @@ from hcsearch.designs.records import FlightNumbers
 from hcsearch.scenes.envelopes import envelope_sides
 from hcsearch.scenes.laws import scaled_law
 from hcsearch.shape.labels import labels_of
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.flight_figures import figures_of, least_margins, root_of, tolerances_of, travel_margins
 from hcsearch.springs.flight.flight_sheet import SENSITIVITY_CHANGE, Demand, FlightSheet, Sensitivity, SheetRow
 from hcsearch.springs.flight.footprints import footprint_of
 from hcsearch.springs.flight.latching import arrival_loads
-from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.margin_figures import MarginFigure, MarginFigures
 from hcsearch.springs.flight.path_margins import PathMargins
 from hcsearch.springs.flight.rules import MotorisationRule, Rules

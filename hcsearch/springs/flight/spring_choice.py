@@ -16,9 +16,9 @@ from hcsearch.scenes.setup import Setup
 from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.spring_sets import tied_hinges
+from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.certified_margins import CERTIFIED_SHARE
 from hcsearch.springs.flight.flight_figures import least_margins
-from hcsearch.springs.flight.law_torques import law_torques
 from hcsearch.springs.flight.rules import Rules
 from hcsearch.springs.flight.spring_design import SpringRule, choose_springs, least_preloads
 from hcsearch.springs.flight.travel import Travel

@@ -1,0 +1,63 @@
+"""Error bars of the numbers that users read of a deployment by the default setting."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from hcsearch.springs.deployment.agreement import AGREEMENT_STEPS_FACTOR, agreement_tolerances
+from hcsearch.springs.deployment.compiled_scene import CompiledScene
+from hcsearch.springs.deployment.error_estimates import (
+    ErrorEstimates,
+    angle_distances,
+    clearances_of,
+    comparison_times,
+    estimate_errors,
+    parting_time,
+)
+from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS
+from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
+
+PERTURBATION = 1e-12
+"""Greatest change of a fold angle at the start by which a motion is tested (rad): about what rounding leaves there."""
+
+
+@dataclass(frozen=True)
+class DefaultErrors:
+    """The default deployment, with estimates of its errors.
+
+    estimates : None where nothing can be estimated. perturbed_until : s, from which on a start that differs by
+    `PERTURBATION` leads to fold angles that differ by more than `PARTING_ANGLE`; None if it never does.
+    """
+
+    deployment: Deployment
+    estimates: ErrorEstimates | None
+    perturbed_until: float | None
+
+
+def default_errors(compiled: CompiledScene, tolerance: float) -> DefaultErrors:
+    """Simulate a scene at the default tolerance, at tighter ones and from a perturbed start, and estimate errors."""
+    steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
+    simulated = partial(simulate_compiled, max_steps=steps)
+    first = simulate_compiled(compiled, tolerance=tolerance)
+    tighter = agreement_tolerances(tolerance, compiled.formulation)
+    others = [simulated(compiled, tolerance=other) for other in tighter]
+    clearances = clearances_of([first, *others], first.play)
+    estimates = estimate_errors([first, *others], tolerance, clearances)
+    turned = simulated(perturbed(compiled), tolerance=tolerance, certified=False)
+    return DefaultErrors(first, estimates, _parting(first, turned))
+
+
+def perturbed(compiled: CompiledScene) -> CompiledScene:
+    """Return a scene whose start differs by `PERTURBATION` in each joint of a hinge, with alternating signs."""
+    signs = np.where(np.arange(len(compiled.start)) % 2, -1.0, 1.0)
+    return replace(compiled, start=compiled.start - PERTURBATION * signs * compiled.hinged)
+
+
+def _parting(one: Deployment, other: Deployment) -> float | None:
+    if min(len(one.motion.times), len(other.motion.times)) < 2:
+        return None
+    times = comparison_times(one.motion.times, float(min(one.motion.times[-1], other.motion.times[-1])))
+    return parting_time(times, angle_distances(one, other, times))
