@@ -16,6 +16,7 @@ from hcsearch.springs.accuracy.error_bars import default_errors
 from hcsearch.springs.accuracy.measured_accuracy import MeasuredAccuracy
 from hcsearch.springs.accuracy.work_rows import DEFAULT_TOLERANCE, TOLERANCES, work_of_formulations
 from hcsearch.springs.deployment.compiled_scene import compile_scene
+from hcsearch.springs.deployment.omission_savings import omission_savings
 from hcsearch.system.terminal import write_notice
 
 AccuracyProgress = Callable[[int, int, str], None]
@@ -85,5 +86,7 @@ def accuracy(
     measured = next((work.formulation for work in works if work.rows), None)
     if measured is None:
         raise HcsearchError(f"nothing can be measured: {works[0].refusal}")
-    errors = default_errors(compile_scene(case.linkage, case.setup, measured), DEFAULT_TOLERANCE)
-    return MeasuredAccuracy(case.name, case.setup.name, works, errors, error)
+    compiled = compile_scene(case.linkage, case.setup, measured)
+    errors = default_errors(compiled, DEFAULT_TOLERANCE)
+    omitted = tuple(omission_savings(compiled, method=None, tolerance=DEFAULT_TOLERANCE, together=True))
+    return MeasuredAccuracy(case.name, case.setup.name, works, errors, omitted, error)

@@ -103,6 +103,7 @@ def _print(measured: MeasuredAccuracy) -> None:
             _print_rows(work)
         click.echo()
     _print_errors(measured.facts()["errors"])
+    _print_omissions(measured)
     if measured.wanted is not None:
         click.echo(_cheapest_sentence(measured))
 
@@ -124,6 +125,17 @@ def _print_errors(errors: dict[str, Any] | None) -> None:
     until = errors["perturbed_until_s"]
     parted = "never parts from it" if until is None else f"parts from it at {short_number(until)} s"
     click.echo(f"a start that differs by {PERTURBATION:g} rad {parted} by more than {PARTING_ANGLE:g} rad")
+
+
+def _print_omissions(measured: MeasuredAccuracy) -> None:
+    """Print what is left out by default, what that saves and what it changes."""
+    from hcsearch.springs.deployment.omission_savings import saving_facts, saving_sentence
+
+    click.echo("left out by default")
+    for saving in measured.omitted:
+        omission = saving.omission
+        click.echo(f"  {omission.name:22}{omission.what}: {omission.why}")
+        click.echo(f"{'':24}saves {short_number(saving.saved, 2)} ms: {saving_sentence(saving_facts(saving))}")
 
 
 def _print_rows(work: FormulationWork) -> None:

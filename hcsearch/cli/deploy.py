@@ -90,7 +90,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     for wrong input.
     """
     from hcsearch.api import deploying
-    from hcsearch.springs.deployment.simulated_deployment import omission_savings
+    from hcsearch.springs.deployment.omission_savings import omission_savings, saving_facts
 
     if options["output"]:
         check_output(options["output"], TABLE_SUFFIXES)
@@ -107,7 +107,8 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
     deployed = deploying.deploy(case, formulation=formulation, method=method, tolerance=tolerance)
     outcome = deployed.facts()
     if options["explain"]:
-        outcome["saved"] = omission_savings(deployed.deployment, method=method, tolerance=tolerance)
+        savings = omission_savings(deployed.deployment.compiled, method=method, tolerance=tolerance)
+        outcome["saved"] = [saving_facts(saving) for saving in savings]
     if options["output"]:
         write_table(options["output"], deployed.table())
     if options["picture"]:
@@ -139,6 +140,7 @@ def values_of_springs(options: dict[str, Any]) -> dict[str, Any]:
 def _print(outcome: dict[str, Any]) -> None:
     """Print the outcome, one fact per line."""
     from hcsearch.springs.deployment.error_words import errors_sentence
+    from hcsearch.springs.deployment.omission_savings import saving_sentence
 
     omissions, events, arrived = outcome.pop("left_out"), outcome.pop("events"), outcome.pop("arrivals")
     saved = outcome.pop("saved", None)
@@ -161,13 +163,4 @@ def _print(outcome: dict[str, Any]) -> None:
         click.echo(f"  {omission['name']:22}{omission['what']}: {omission['why']}")
         for row in saved:
             if row["name"] == omission["name"]:
-                pairs = [
-                    f"{key.replace('_', ' ')} {short_number(a)} -> {short_number(b)}"
-                    for key, (a, b) in _numbers(row).items()
-                ]
-                click.echo(f"{'':24}{', '.join(pairs)}")
-
-
-def _numbers(row: dict[str, Any]) -> dict[str, tuple[float, float]]:
-    names = ("joints", "closure_equations", "evaluations", "milliseconds")
-    return {name: (float(row[name][0]), float(row[name][1])) for name in names}
+                click.echo(f"{'':24}{saving_sentence(row)}")

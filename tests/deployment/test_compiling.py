@@ -261,10 +261,8 @@ def test_scenes_that_cannot_be_are_refused(changes, message):
 
 
 def test_names_that_are_not_left_out_are_refused():
-    with pytest.raises(
-        HcsearchError, match="a simulation has no omission 'gravity': choose from half, third dimension"
-    ):
-        compile_scene(linkage_named("hex:0234550132:4"), DEFAULT, keep=frozenset({"gravity"}))
+    with pytest.raises(HcsearchError, match="a simulation has no omission 'weight': choose from half, third dimension"):
+        compile_scene(linkage_named("hex:0234550132:4"), DEFAULT, keep=frozenset({"weight"}))
     with pytest.raises(HcsearchError, match="there is no scene 'moon': choose one of default, earth"):
         scene_named("moon")
 

@@ -182,10 +182,13 @@ def test_explain_lists_what_was_left_out_with_numbers():
     text = call("thesis-4x4", "--seconds", "0.02", "--explain")
     after = text.partition("left out\n")[2]
     assert "  half                  half of the array: 4 panels: pattern, springs, gravity and start" in after
-    assert re.search(r"joints 12 -> 7, closure equations 6 -> 3, evaluations \d+ -> \d+, milliseconds \S+ -> \S", after)
+    assert re.search(
+        r"joints 12 -> 7, closure equations 6 -> 3, evaluations \d+ -> \d+, milliseconds \S+ -> \S+ \(", after
+    )
     facts = facts_of(*SMALL, "--explain")
-    (saved,) = facts["saved"]
-    assert saved["name"] == "third dimension"
+    assert [saved["name"] for saved in facts["saved"]] == [omission["name"] for omission in facts["left_out"]]
+    assert all(saved["within"] for saved in facts["saved"])
+    (saved,) = (saved for saved in facts["saved"] if saved["name"] == "third dimension")
     assert saved["closure_equations"] == [6, 3]
     assert saved["outcomes"] == ["moving", "moving"]
     assert set(facts) == {*KEYS, "saved"}

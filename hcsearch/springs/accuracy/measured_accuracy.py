@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from hcsearch.springs.accuracy.error_bars import DefaultErrors
 from hcsearch.springs.accuracy.work_report import draw_work, work_facts, work_row_facts, work_table
 from hcsearch.springs.accuracy.work_rows import FormulationWork, WorkRow
 from hcsearch.springs.deployment.error_words import error_facts
+from hcsearch.springs.deployment.omission_savings import OmissionSaving, saving_facts
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,6 +29,8 @@ class MeasuredAccuracy:
         The simulations of each formulation, with their errors and processor time.
     errors
         The deployment by the default setting of the first formulation, with estimates of its errors.
+    omitted
+        What the omissions of that scene save and change, each put back in turn, and all of them last.
     wanted
         The greatest error of the fold angles for which the cheapest setting is wanted, rad; None without one.
     """
@@ -36,6 +39,7 @@ class MeasuredAccuracy:
     scene: str
     works: tuple[FormulationWork, ...]
     errors: DefaultErrors
+    omitted: tuple[OmissionSaving, ...] = ()
     wanted: float | None = None
 
     @property
@@ -50,6 +54,7 @@ class MeasuredAccuracy:
             "subject": self.name,
             "scene": self.scene,
             "errors": self._error_facts(),
+            "left_out": [asdict(saving.omission) | saving_facts(saving) for saving in self.omitted],
             "wanted_error_rad": self.wanted,
             "cheapest": None if cheapest is None else work_row_facts(cheapest) | {"options": cheapest.options},
             "formulations": [work_facts(work) for work in self.works],

@@ -45,7 +45,12 @@ def start_state(linkage: Linkage, share: float) -> Reals:
 
 
 OMISSIONS = ("half", "third dimension", "stops")
-"""Names of the optional omissions of the compiler."""
+"""Names of the omissions that a symmetry or a bound allows."""
+ALL_OMISSIONS = (*OMISSIONS, "pairs", "closure", "gravity", "base")
+"""Names of all omissions. The last three are of terms that a scene does not have; put back, they do nothing: closure
+equations of a panel in two halves, a gravity of `NO_GRAVITY`, the joints of a base that is locked."""
+NO_GRAVITY = (0.0, 0.0, -1e-30)
+"""A gravity (m/s^2) that changes no number: it is below the rounding error of any other acceleration."""
 
 
 AT_STOP_ANGLE = 1e-6
@@ -132,13 +137,13 @@ def compile_scene(
     *,
     keep: frozenset[str] = frozenset(),
 ) -> CompiledScene:
-    """Compile a scene of a linkage; keep : names of `OMISSIONS` that are not to be omitted.
+    """Compile a scene of a linkage; keep : names of `ALL_OMISSIONS` that are not to be omitted.
 
     Bodies and joints are those of the congruent linkage, if there is one.
     """
-    unknown = keep - set(OMISSIONS)
+    unknown = keep - set(ALL_OMISSIONS)
     if unknown:
-        raise HcsearchError(f"a simulation has no omission {min(unknown)!r}: choose from {', '.join(OMISSIONS)}")
+        raise HcsearchError(f"a simulation has no omission {min(unknown)!r}: choose from {', '.join(ALL_OMISSIONS)}")
     setup, twin = setup_of_scene(scene, linkage), linkage.twin
     if twin is None:
         return _Compiler(linkage, setup, formulation, keep).run()
@@ -155,6 +160,7 @@ class _Compiler:
 
     def __init__(self, linkage: Linkage, setup: Setup, formulation: Formulation, keep: frozenset[str]) -> None:
         self.linkage, self.setup, self.formulation, self.keep = linkage, setup, formulation, keep
+        self.weightless = not any(setup.gravity)
         self.laws = setup.laws
         self.angles = start_state(linkage, setup.start)
         self.omissions: list[Omission] = []
@@ -166,8 +172,13 @@ class _Compiler:
         springy = penalty or compliant
         if springy and self.linkage.loops and not self.setup.cut_stiffness:
             raise HcsearchError("cut_stiffness cannot be 0 where springs close the loops: give a positive number")
-        tree = panel_tree(self.linkage, self.setup.density, self.setup.held, cut_hinges=penalty, mirror=mirror)
+        halved = "closure" in self.keep and not self.linkage.loops and not penalty
+        cuts = {"cut_hinges": penalty, "halved_leaf": halved}
+        tree = panel_tree(self.linkage, self.setup.density, self.setup.held, mirror=mirror, **cuts)
         joints, bodies, welds, shift = self._with_base(tree, mirror)
+        welds = self._welds(welds)
+        if shift and not self.setup.free:  # locked in all directions in which it could move
+            welds = (*welds, _lock(shift - 1, joints[shift - 1].point, mirror))
         drives = (*(JointDrive() for _ in range(shift)), *self._drives(tree))
         if self.formulation == "quasistatic" and not all(drive.damping > 0.0 for drive in drives):
             raise HcsearchError(
@@ -178,8 +189,8 @@ class _Compiler:
             joints,
             bodies,
             drives,
-            self._welds(welds),
-            gravity=self.setup.gravity,
+            welds,
+            gravity=NO_GRAVITY if self.weightless and "gravity" in self.keep else self.setup.gravity,
             size=self.linkage.pattern.size,
             stop_stiffness=self.setup.stop_stiffness if springy else 0.0,
             stop_damping=self.setup.stop_damping if springy else 0.0,
@@ -191,8 +202,7 @@ class _Compiler:
             overdamped=self.formulation == "quasistatic",
         )
         joint_of = np.where(tree.joint_of >= 0, tree.joint_of + shift, -1)
-        start = np.zeros(len(joints))
-        start[joint_of[joint_of >= 0]] = self.angles[joint_of >= 0]
+        start = np.concatenate([np.zeros(shift), self.angles[tree.hinge_of]])
         for cut, (hinge, _, _) in enumerate(tree.cuts):
             joint_of[hinge] = -1 - cut
         hinged = np.arange(len(joints)) >= shift
@@ -234,7 +244,7 @@ class _Compiler:
         self, tree: PanelTree, mirror: Mirror | None
     ) -> tuple[tuple[TreeJoint, ...], tuple[Body, ...], tuple[Weld, ...], int]:
         """Return joints, bodies and welds with the floating base before them, and the number of its joints."""
-        if not self.setup.free:
+        if not self.floats:
             return tree.joints, tree.bodies, tree.welds, 0
         panel = panel_bodies(self.linkage, self.setup.density)[self.setup.held]
         base = joined_body([panel, Body(self.setup.base_mass, panel.centre, np.diag(self.setup.base_inertia))])
@@ -261,6 +271,11 @@ class _Compiler:
         )
         return tuple(joints), bodies, welds, shift
 
+    @property
+    def floats(self) -> bool:
+        """Whether the held panel has joints of a base."""
+        return self.setup.free or "base" in self.keep
+
     def _drives(self, tree: PanelTree) -> list[JointDrive]:
         """Return law, damping and stops of each joint of a hinge."""
         drives = [JointDrive()] * len(tree.joints)
@@ -278,7 +293,7 @@ class _Compiler:
 
     def _unreached(self) -> set[int]:
         """Find hinges that cannot return to their folded stop: the start energy does not suffice for one spring."""
-        if "stops" in self.keep or any(self.setup.gravity):
+        if "stops" in self.keep or not self.weightless:
             return set()
         at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
         least_energies = [min(0.0, law.least_energy) for law in self.laws]
@@ -299,7 +314,7 @@ class _Compiler:
             line = self.linkage.pattern.hinges[hinge]
             height = self.linkage.points[hinge][2]
             ends = (np.array([*line.start, height]), np.array([*line.end, height]))
-            base = shift - 1 if self.setup.free else GROUND
+            base = shift - 1 if self.floats else GROUND
             bodies = [body + shift if body != GROUND else base for body in (first_body, second_body)]
             cuts.append(CutHinge(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
         return tuple(cuts)
@@ -326,6 +341,8 @@ class _Compiler:
 
     def _separated_pairs(self, mirror: Mirror | None) -> frozenset[tuple[int, int]]:
         """Return the pairs of panels that are not checked for contact."""
+        if "pairs" in self.keep:
+            return frozenset()
         joined = kept_apart(self.linkage)
         images = set()
         if mirror is not None:
@@ -343,9 +360,18 @@ class _Compiler:
 
     def _report_absent_terms(self) -> None:
         """Report omissions of terms that the scene does not have."""
-        if not self.linkage.loops:
+        if not self.linkage.loops and "closure" not in self.keep:
             self._leave_out("closure", "closure", "the array is an open chain")
-        if not any(self.setup.gravity):
+        if self.weightless and "gravity" not in self.keep:
             self._leave_out("gravity", "gravity", "the scene has none")
-        if not self.setup.free:
+        if not self.floats:
             self._leave_out("base", "six freedoms of a floating base", "a panel is held")
+
+
+def _lock(body: int, point: Reals, mirror: Mirror | None) -> Weld:
+    """Return the weld that holds a base; in a mirror plane, in the ways in which it moves there."""
+    if mirror is None:
+        return Weld(GROUND, body, point)
+    upright = np.array([0.0, 0.0, 1.0])
+    frame = np.array([mirror.normal, np.cross(upright, mirror.normal), upright])
+    return Weld(GROUND, body, point, (0, 4, 5), frame)

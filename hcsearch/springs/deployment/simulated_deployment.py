@@ -6,7 +6,6 @@ import math
 import time
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
+from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
 from hcsearch.springs.deployment.drives import Drives
 from hcsearch.springs.deployment.outcomes import (
     FLAT_FOLD_ANGLE,
@@ -314,30 +313,3 @@ def _clearance(compiled: CompiledScene, motion: Motion) -> Clearance:
     certified = partial(certify_clearance, linkage, slack=path.slacks, apart=compiled.separated_pairs)
     resolution, measured = resolution_of(linkage), motion.ending == "flat"
     return certified(path.course, margin=compiled.margin, resolution=resolution, measured=measured)
-
-
-def omission_savings(deployment: Deployment, *, method: str | None, tolerance: float) -> list[dict[str, Any]]:
-    """Compare the scene with and without each omission, in joints, closure equations, evaluations and time."""
-    rows = []
-    for omission in deployment.compiled.omissions:
-        if omission.name not in OMISSIONS:
-            continue
-        compiled = deployment.compiled
-        full = compile_scene(compiled.linkage, compiled.setup, compiled.formulation, keep=frozenset({omission.name}))
-        kept = simulate_compiled(full, method=method, tolerance=tolerance, certified=False)
-        omitted = simulate_compiled(compiled, method=method, tolerance=tolerance, certified=False)
-        rows.append(
-            {
-                "name": omission.name,
-                "joints": [full.system.n_joints, compiled.system.n_joints],
-                "closure_equations": [_closure_equations(full), _closure_equations(compiled)],
-                "evaluations": [kept.motion.evaluations, omitted.motion.evaluations],
-                "milliseconds": [1e3 * kept.seconds, 1e3 * omitted.seconds],
-                "outcomes": [kept.outcome, omitted.outcome],
-            }
-        )
-    return rows
-
-
-def _closure_equations(compiled: CompiledScene) -> int:
-    return sum(len(weld.kinds) for weld in compiled.system.welds)

@@ -26,6 +26,7 @@ class PanelTree(ByValue):
     body_of : (n_panels,), a body of each panel, GROUND for the held one.
     cuts : hinges that are cut (instead of panels), with the bodies of their first and second panels.
     shares : (n_joints,), 1/2 where the mirror plane halves the joint, else 1.
+    hinge_of : (n_joints,), a hinge of each joint.
     """
 
     joints: tuple[TreeJoint, ...]
@@ -35,6 +36,7 @@ class PanelTree(ByValue):
     body_of: WholeNumbers
     cuts: tuple[tuple[int, int, int], ...]
     shares: Reals
+    hinge_of: WholeNumbers
 
 
 def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
@@ -47,17 +49,26 @@ def panel_bodies(linkage: Linkage, density: float) -> list[Body]:
 
 
 def panel_tree(
-    linkage: Linkage, density: float, held: int = 0, *, cut_hinges: bool = False, mirror: Mirror | None = None
+    linkage: Linkage,
+    density: float,
+    held: int = 0,
+    *,
+    cut_hinges: bool = False,
+    mirror: Mirror | None = None,
+    halved_leaf: bool = False,
 ) -> PanelTree:
     """Build the tree of a linkage with one panel held.
 
     cut_hinges : whether loops are cut at hinges, as in the thesis (4.1.2), and not through panels.
+    halved_leaf : whether the last panel is cut into two halves on the same hinge, which are welded.
     mirror : if given, only one half is modelled: panels across the mirror are halved and stay in its plane, and mirror
     hinges share a joint.
     """
     panels = panel_bodies(linkage, density)
     hinges = linkage.pattern.hinges
     steps = _steps(linkage, held, mirror)
+    if halved_leaf and steps:
+        steps.append(steps[-1]._replace(closes=True))
     cuts = [step.hinge for step in steps if step.closes and cut_hinges]
     steps = [step for step in steps if not (step.closes and cut_hinges)]
     copies = np.bincount([step.after for step in steps], minlength=len(panels))
@@ -82,7 +93,8 @@ def panel_tree(
             if mirror is not None and across and shares[i] == 1.0:
                 welds.append(_kept_in(mirror, i))
     ends = tuple((k, int(body_of[hinges[k].first]), int(body_of[hinges[k].second])) for k in cuts)
-    return PanelTree(tuple(joints), tuple(bodies), tuple(welds), joint_of, body_of, ends, shares)
+    hinge_of = np.array([step.hinge for step in steps], np.int64)
+    return PanelTree(tuple(joints), tuple(bodies), tuple(welds), joint_of, body_of, ends, shares, hinge_of)
 
 
 def _kept_in(mirror: Mirror, body: int) -> Weld:
