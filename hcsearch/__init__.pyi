@@ -14,6 +14,7 @@ from hcsearch.api.identifying import identify_damping as identify_damping
 from hcsearch.api.identifying import identify_spring as identify_spring
 from hcsearch.api.initializing import init_scene as init_scene
 from hcsearch.api.measuring_accuracy import accuracy as accuracy
+from hcsearch.api.measuring_accuracy import stability as stability
 from hcsearch.api.proving import prove as prove
 from hcsearch.api.proving import verify as verify
 from hcsearch.api.querying import rank as rank

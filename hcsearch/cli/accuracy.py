@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS
 from hcsearch.cli.cases import case_options, subject_options
 from hcsearch.cli.deploy import scene_value_options, values_of_springs
@@ -19,6 +20,7 @@ from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
     from hcsearch.springs.accuracy.measured_accuracy import MeasuredAccuracy
+    from hcsearch.springs.accuracy.stability_report import MeasuredStability
     from hcsearch.springs.accuracy.work_rows import FormulationWork, WorkRow
 
 _HEADINGS = ("method", "tolerance", "angles, rad", "flat time, s", "energy", "closure", "ms", "steps", "ending")
@@ -33,9 +35,24 @@ class _Angle(FiniteNumber):
         return super().convert(str(value).removesuffix("rad").strip(), param, ctx)
 
 
+class _Sweep(click.ParamType):  # type: ignore[type-arg]  # generic in the newest click alone
+    """A value of a scene and its range, such as damping=1e-4..10."""
+
+    name = "sweep"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, float, float]:
+        value_name, _, numbers = str(value).partition("=")
+        low, _, high = numbers.partition("..")
+        try:
+            return value_name.strip(), float(low), float(high)
+        except ValueError:
+            self.fail(f"cannot read {value!r}: write VALUE=LOW..HIGH, such as damping=1e-4..10", param, ctx)
+
+
 @click.command(
     epilog=examples_epilog(
         "hcsearch accuracy hex:0234550132:4 --formulation constrained --error 1e-4",
+        "hcsearch accuracy hex:0234550132:4 --sweep damping=1e-4..10 --picture map.svg",
         "hcsearch accuracy unit-i --scene earth --limit 0.5 --picture work.svg --output work.csv",
     )
 )
@@ -53,12 +70,26 @@ class _Angle(FiniteNumber):
     help="Name the cheapest setting with at most this error of the fold angles, rad.",
 )
 @click.option(
+    "--sweep",
+    "sweeps",
+    type=_Sweep(),
+    multiple=True,
+    metavar="VALUE=LOW..HIGH",
+    help="Judge simulations with other values of damping, stiffness, thickness, density, friction, spread or size, as "
+    "in damping=1e-4..10; may be given twice.",
+)
+@click.option(
+    "--stress",
+    is_flag=True,
+    help="Judge simulations with each value times 10 and over 10, and known extremes.",
+)
+@click.option(
     "--limit",
     type=FiniteNumber(min=0, min_open=True),
     default=1.0,
     show_default=True,
     metavar="S",
-    help="The greatest time of one simulation, s, about; what would take longer is not tried.",
+    help="The greatest time of one simulation, or reference, s, about; what would take longer is not tried.",
 )
 @json_option
 @click.option("--output", metavar="FILE", help="Write all simulations as a table to a file .csv, .npz or .parquet.")
@@ -69,7 +100,12 @@ def accuracy(name: str, as_json: bool, **options: Any) -> None:
     The deployment is simulated by each method at tolerances from 1e-3 to 1e-10, in each formulation that applies, and
     compared with a reference of order 8 at 1e-13, or the tightest tolerance that ends. A second reference, by another
     method and with nothing left out, shows how exact the first one is. Errors are the greatest at any time, also
-    inside steps. The setting that hcsearch deploy takes by default is marked. Times are of the processor.
+    inside steps. The setting that hcsearch deploy takes by default is marked. Times are of the processor. Then follow
+    the errors of the default setting, and what is left out with what this saves and changes.
+
+    With --sweep or --stress simulations of scenes with other values are judged instead: accurate (an error of at most
+    100 tolerances), degraded (within a bound by a rougher simulation), refused (it says that it has no answer), or
+    wrong.
     """
     from hcsearch.api import measuring_accuracy
 
@@ -77,10 +113,16 @@ def accuracy(name: str, as_json: bool, **options: Any) -> None:
         check_output(options["output"], TABLE_SUFFIXES)
     if options["picture"]:
         check_picture(options["picture"])
-    arguments = {option: options[option] for option in ("formulation", "error", "limit")}
-    arguments |= case_options(options | values_of_springs(options))
-    with ProgressMeter("simulation") as meter:
-        measured = measuring_accuracy.accuracy(name, progress=meter, **arguments)
+    arguments = case_options(options | values_of_springs(options))
+    arguments |= {"formulation": options["formulation"], "limit": options["limit"]}
+    measured: MeasuredAccuracy | MeasuredStability
+    if options["sweeps"] or options["stress"]:
+        arguments["sweep"] = _sweep_of(options)
+        with ProgressMeter("point") as meter:
+            measured = measuring_accuracy.stability(name, progress=meter, **arguments)
+    else:
+        with ProgressMeter("simulation") as meter:
+            measured = measuring_accuracy.accuracy(name, progress=meter, error=options["error"], **arguments)
     if options["output"]:
         write_table(options["output"], measured.table())
     if options["picture"]:
@@ -91,7 +133,55 @@ def accuracy(name: str, as_json: bool, **options: Any) -> None:
         _print(measured)
 
 
-def _print(measured: MeasuredAccuracy) -> None:
+def _sweep_of(options: dict[str, Any]) -> dict[str, tuple[float, float]] | None:
+    """Return the sweep by value; None for the standard set."""
+    sweeps = options["sweeps"]
+    if options["error"] is not None:
+        raise HcsearchError("--error is for a table of methods: leave it out, or --sweep and --stress")
+    if options["stress"]:
+        if sweeps:
+            raise HcsearchError("give either --sweep or --stress: each is a set of points of its own")
+        return None
+    if len({value for value, _, _ in sweeps}) < len(sweeps):
+        raise HcsearchError("--sweep names a value twice: leave one out")
+    return {value: (low, high) for value, low, high in sweeps}
+
+
+def _print(measured: MeasuredAccuracy | MeasuredStability) -> None:
+    """Print results, by their kind."""
+    from hcsearch.springs.accuracy.stability_report import MeasuredStability
+
+    if isinstance(measured, MeasuredStability):
+        _print_points(measured)
+    else:
+        _print_accuracy(measured)
+
+
+def _print_points(measured: MeasuredStability) -> None:
+    """Print the judgement at each point, one a line, and how many there are of each."""
+    lines: list[tuple[str, ...]] = [
+        ("point", "judgement", "error, rad", "bound, rad", "energy", "ms", "steps", "reason")
+    ]
+    for point in measured.points:
+        lines.append(
+            (
+                ("> " if point.own else "  ") + point.label,
+                point.judgement,
+                _number(point.error),
+                _number(point.bound),
+                _number(point.drift),
+                short_number(1e3 * point.seconds, 3),
+                "-" if point.steps is None else str(point.steps),
+                point.reason or str(point.outcome),
+            )
+        )
+    widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
+    for line in lines:
+        click.echo(_aligned(line, widths))
+    click.echo(", ".join(f"{count} {judgement}" for judgement, count in measured.counts.items()))
+
+
+def _print_accuracy(measured: MeasuredAccuracy) -> None:
     """Print a table for each formulation, and the cheapest setting."""
     from hcsearch.springs.accuracy.work_report import model_sentence, reference_sentence
 
