@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeVar
 
+from hcsearch.springs.accuracy.repeated_runs import Repeats, median_of_runs
+
 T = TypeVar("T")
 Row = dict[str, Any]
 
@@ -66,11 +68,7 @@ def repeated(run: Callable[[], Row], repeats: int) -> Row:
 
 def median_time(run: Callable[[], float], repeats: int) -> tuple[float, int]:
     """Median of the seconds of runs, and how many there were: five times as many where they are short."""
-    times = [run()]
-    wanted = 5 * repeats if repeats > 1 and times[0] < SHORT else repeats
-    while len(times) < wanted and sum(times) < ENOUGH:
-        times.append(run())
-    return statistics.median(times), len(times)
+    return median_of_runs(run, Repeats(repeats, 5 * repeats if repeats > 1 else repeats, SHORT, ENOUGH))
 
 
 def measured(compute: Callable[[], T], repeats: int) -> tuple[T, float, int]:

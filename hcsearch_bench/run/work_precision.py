@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.system.figures import figure_for, line_style
+from hcsearch.springs.accuracy.work_report import draw_work_curve
+from hcsearch.system.figures import figure_for
 from hcsearch_bench.run.machine import MISSING
 
 OURS = "hcsearch"
@@ -118,10 +119,9 @@ def plot_work(points: Sequence[WorkPoint], ylabel: str, path: Path) -> None:
         pictures = figure.subplots(2, -(-len(names) // 2), squeeze=False).ravel()
         for axes, name in zip(pictures, names, strict=False):
             for k, (engine, label) in enumerate(curves):
-                mine = [(s, max(e, 1e-16)) for at, _, own, s, e in points if (at, own) == (name, label)]
-                marker, style = "o" if engine == OURS else "s", line_style(k)
-                axes.plot([s for s, _ in mine], [e for _, e in mine], marker=marker, ms=4, label=label, **style)
-            axes.set(title=name, xlabel="seconds", ylabel=ylabel, xscale="log", yscale="log")
+                mine = [(s, e) for at, _, own, s, e in points if (at, own) == (name, label)]
+                draw_work_curve(axes, mine, label, k, "o" if engine == OURS else "s")
+            axes.set(title=name, xlabel="seconds", ylabel=ylabel)
         for axes in pictures[len(names) :]:
             axes.set_axis_off()
         figure.legend(*pictures[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize="small")

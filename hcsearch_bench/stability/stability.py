@@ -24,9 +24,14 @@ class StabilityResults:
 
 def tables(results: StabilityResults) -> list[Table]:
     """What is shown and saved, in order."""
-    from hcsearch_bench.stability.judging import ALLOWED, ROUNDING, SAFETY, tally
+    from hcsearch.springs.accuracy.accuracy_judgements import (
+        ACCURATE_TOLERANCES,
+        ANGLE_FLOOR,
+        BOUND_FACTOR,
+        MAX_JUDGED_STATES,
+    )
+    from hcsearch_bench.stability.judging import tally
     from hcsearch_bench.stability.processors import CORES
-    from hcsearch_bench.stability.truths import STATES
 
     return [
         Table(
@@ -39,11 +44,11 @@ def tables(results: StabilityResults) -> list[Table]:
         Table(
             "stability",
             "Extreme scenes",
-            f"`error` (rad) is the greatest distance from `truth` at up to {STATES} states, or the closure "
+            f"`error` (rad) is the greatest distance from `truth` at up to {MAX_JUDGED_STATES} states, or the closure "
             "residual if that is greater; where the truth is the energy, it is a share of the largest energy. "
-            f"Accurate: at most {ALLOWED:g} tolerances, plus {ROUNDING:g} for rounding. Degraded: within "
-            f"`bound`, {SAFETY:g} times the closure residual plus the distance to the same simulation at ten "
-            "times the tolerance (penalty: a tenth of the stiffness, or ten times it). Refused: the simulation "
+            f"Accurate: at most {ACCURATE_TOLERANCES:g} tolerances, plus {ANGLE_FLOOR:g} for rounding. Degraded: "
+            f"within `bound`, {BOUND_FACTOR:g} times the closure residual plus the distance to the same simulation at "
+            "ten times the tolerance (penalty: a tenth of the stiffness, or ten times it). Refused: the simulation "
             "itself reports that it has no answer. `energy` is the error of the energy balance over the "
             "largest energy, `gap` the closure residual of the fold angles.",
             results.rows,

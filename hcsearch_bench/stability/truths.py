@@ -16,14 +16,13 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation
 from hcsearch.scenes import Scene
+from hcsearch.springs.accuracy.accuracy_judgements import judged_states
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
 from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.dynamics.time_integration import Motion, simulate_system
 from hcsearch_bench.stability.strips import StabilitySubject
 
-STATES = 200
-"""Most states of a simulation that are compared."""
 FINE = 1_000
 """Least steps of a simulation that others are compared to, so that little is lost between its states."""
 MANY = 200
@@ -42,16 +41,6 @@ class Truth:
 
     name: str
     error: Callable[[Deployment], float]
-
-
-def states(deployment: Deployment, last: float = math.inf) -> tuple[Reals, Reals]:
-    """Times at the ends of steps, up to `last`, and the fold angles there."""
-    times, angles = deployment.motion.times, deployment.angles
-    if deployment.outcome == "at rest":  # it says that nothing moves until the end
-        times, angles = np.append(times, deployment.compiled.seconds), np.vstack([angles, angles[-1]])
-    count = int(np.searchsorted(times, last, side="right"))
-    chosen = np.unique(np.linspace(0, count - 1, min(count, STATES)).round().astype(int))
-    return times[chosen], angles[chosen]
 
 
 @dataclass(frozen=True)
@@ -212,7 +201,7 @@ def analytic(name: str, way: Callable[[Reals], Reals]) -> Truth:
     """A truth by fold angles, (k,) or (k, n_hinges), that are known at all times."""
 
     def error(deployment: Deployment) -> float:
-        times, angles = states(deployment)
+        times, angles = judged_states(deployment)
         return float(np.abs(angles - np.reshape(way(times), angles.shape)).max())
 
     return Truth(name, error)
@@ -250,7 +239,7 @@ class Fine:
         """Greatest distance of fold angles; of compliant stops up to the first impact."""
         hits = [event.time for event in self.motion.events if event.kind == "hit"]
         last = float(self.motion.times[-1])
-        times, angles = states(deployment, min([last, *hits]) if deployment.compiled.system.cuts else last)
+        times, angles = judged_states(deployment, min([last, *hits]) if deployment.compiled.system.cuts else last)
         q = self.motion.at(times)
         return float(np.abs(angles - self.compiled.of_hinges(q, np.zeros_like(q))[0]).max())
 

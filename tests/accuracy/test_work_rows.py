@@ -9,8 +9,9 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import setup_of_scene
 from hcsearch.springs.accuracy.reference_motions import reference_motion
+from hcsearch.springs.accuracy.repeated_runs import Repeats, median_of_runs, processor_seconds
 from hcsearch.springs.accuracy.work_report import reference_sentence, work_table
-from hcsearch.springs.accuracy.work_rows import processor_seconds, work_of_formulations
+from hcsearch.springs.accuracy.work_rows import work_of_formulations
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch_bench.stability.strips import StabilitySubject
@@ -120,7 +121,11 @@ def test_simulations_that_would_take_too_long_are_not_tried():
 
 def test_short_runs_are_repeated_more_often():
     assert processor_seconds(lambda: 7)[0] == 7
-    assert processor_seconds(lambda: 7)[2] > 3
+    assert processor_seconds(lambda: 7)[2] == 15
+    repeats = Repeats(usual=2, short=5, short_seconds=0.1, enough_seconds=3.0)
+    assert median_of_runs(lambda: 0.05, repeats) == (0.05, 5)
+    assert median_of_runs(lambda: 0.5, repeats) == (0.5, 2)
+    assert median_of_runs(lambda: 4.0, repeats) == (4.0, 1)
 
 
 def test_where_nothing_moves_there_is_no_reference():

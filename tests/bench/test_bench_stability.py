@@ -12,11 +12,13 @@ from click.testing import CliRunner
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
+from hcsearch.springs.accuracy.accuracy_judgements import JUDGEMENTS, judged_states
+from hcsearch.springs.accuracy.stability_report import JUDGEMENT_COLOURS
 from hcsearch.springs.dynamics.panels import panel_bodies
 from hcsearch_bench.run.process import Finished
 from hcsearch_bench.stability import heat_map, judging, processors
-from hcsearch_bench.stability.heat_map import COLOURS, plot_heat
-from hcsearch_bench.stability.judging import VERDICTS, StabilityRow, judge, simulated, tally
+from hcsearch_bench.stability.heat_map import plot_heat
+from hcsearch_bench.stability.judging import StabilityRow, judge, simulated, tally
 from hcsearch_bench.stability.processors import (
     OWN,
     PLAIN,
@@ -39,7 +41,7 @@ from hcsearch_bench.stability.sweeps import (
     strip_truth,
     two_panels,
 )
-from hcsearch_bench.stability.truths import Oscillator, Strip, Truth, energy_of_impacts, finer, states
+from hcsearch_bench.stability.truths import Oscillator, Strip, Truth, energy_of_impacts, finer
 
 SWEEPS = {
     *("stiffness ratio", "closure stiffness", "damping / critical", "thickness / width", "base mass / panel mass"),
@@ -171,7 +173,7 @@ def test_without_a_truth_the_bound_is_from_rougher_simulations(monkeypatch):
     row = judge(case(truth=unknown))
     assert (row.verdict, row.error) == ("degraded", None)
     assert row.bound < 2e-4
-    monkeypatch.setattr(judging, "bound_of", lambda *_: None)
+    monkeypatch.setattr(judging, "rough_distance", lambda *_: None)
     assert judge(case(truth=unknown)).bound == math.pi
     assert judge(case(1e-3)).verdict == "wrong"
 
@@ -187,10 +189,10 @@ def test_what_says_that_it_rests_is_compared_at_the_end():
     scene = replace(SCENE, spring=spring(STIFFNESS, 1.0), start=1.0 / math.pi, seconds=2.0)
     deployment = simulated(case(scene=scene))
     assert deployment.outcome == "at rest"
-    times, angles = states(deployment)
+    times, angles = judged_states(deployment)
     assert times[-1] == 2.0
     assert (angles[-1] == deployment.angles[-1]).all()
-    assert states(deployment, 0.0)[0].tolist() == [0.0]
+    assert judged_states(deployment, 0.0)[0].tolist() == [0.0]
 
 
 def test_gains_of_energy_are_errors():
@@ -219,7 +221,7 @@ def test_counts_and_heat_map(tmp_path):
     ]
     plot_heat(rows, tmp_path / "heat.png")
     assert (tmp_path / "heat.png").stat().st_size > 1000
-    assert set(COLOURS) == set(VERDICTS)
+    assert set(JUDGEMENT_COLOURS) == set(JUDGEMENTS)
 
 
 def test_sweeps_cover_their_ranges():

@@ -125,22 +125,29 @@ def draw_work(works: Sequence[FormulationWork], path: str, title: str) -> None:
             figure.legend(handles=list(handles.values()), loc="outside lower center", ncols=3, fontsize="small")
 
 
+def draw_work_curve(
+    axes: Axes, points: Sequence[tuple[float, float]], label: str, number: int, marker: str = "o"
+) -> None:
+    """Draw a curve of error against time, both on logarithmic scales; points : time and error of each run."""
+    style: dict[str, Any] = {"marker": marker, "ms": 4, "label": label, **line_style(number)}
+    axes.plot([at for at, _ in points], [max(error, MIN_PLOTTED_ERROR) for _, error in points], **style)
+    axes.set(xscale="log", yscale="log")
+
+
 def _draw_one(axes: Axes, work: FormulationWork) -> None:
     methods = list(dict.fromkeys(row.method for row in work.rows))
     for number, method in enumerate(methods):
         points = [
-            (1e3 * row.seconds, max(row.angle_error, MIN_PLOTTED_ERROR))
+            (1e3 * row.seconds, row.angle_error)
             for row in work.rows
             if row.method == method and row.angle_error is not None and row.seconds
         ]
         if points:
-            axes.plot(*zip(*points, strict=True), marker="o", ms=4, label=method, **line_style(number))
+            draw_work_curve(axes, points, method, number)
     for row in work.rows:
         if row.default and row.angle_error is not None and row.seconds:
             ring: dict[str, Any] = {"marker": "o", "ms": 12, "mfc": "none", "mec": "black", "linestyle": "none"}
             axes.plot([1e3 * row.seconds], [max(row.angle_error, MIN_PLOTTED_ERROR)], label="default", **ring)
     if work.reference is not None and work.reference.angle_doubt:
         axes.axhline(work.reference.angle_doubt, color="grey", linestyle=":", label="doubt of the reference")
-    axes.set(
-        xscale="log", yscale="log", xlabel="processor time, ms", ylabel=f"error of fold angles, rad, {work.formulation}"
-    )
+    axes.set(xlabel="processor time, ms", ylabel=f"error of fold angles, rad, {work.formulation}")

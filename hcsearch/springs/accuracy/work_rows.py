@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import statistics
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS, Ending, Formulation, Integrator
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.accuracy.reference_motions import NO_ANSWER, ReferenceMotion, affordable_steps, reference_motion
+from hcsearch.springs.accuracy.repeated_runs import processor_seconds
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.error_estimates import angle_distances, comparison_times
 from hcsearch.springs.deployment.outcomes import method_of
@@ -28,16 +27,11 @@ TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 """Tolerances of the simulations that are compared, the coarsest first."""
 DEFAULT_TOLERANCE = 1e-6
 """The tolerance of `deploy` unless another is given."""
-SHORT_SECONDS, SHORT_REPEATS, REPEATS = 0.02, 15, 3
-"""Runs shorter than this (s) are repeated more often."""
-ENOUGH_SECONDS = 0.5
-"""Processor time after which a run is not repeated, s."""
 DEFAULT_GROWTH = 2.0
 """Assumed ratio of the times of a simulation at two decades of tolerance, before two are measured."""
 SUFFICIENT_SHARE = 0.1
 """A reference suffices where its doubt is at most this share of the least error that it measures."""
 
-T = TypeVar("T")
 Told = Callable[[str], None]
 """Called with the words of each simulation that begins."""
 
@@ -237,15 +231,3 @@ def row_errors(deployment: Deployment, reference: ReferenceMotion) -> dict[str, 
 def _lost(motion: Motion) -> float:
     """Return the energy lost until the end of a motion, J."""
     return float(motion.damped[-1] + motion.lost[-1])
-
-
-def processor_seconds(run: Callable[[], T]) -> tuple[T, float, int]:
-    """Return the result of a run, the median of its processor time (s), and the number of runs; short ones more."""
-    result, times = run(), []
-    while True:
-        begin = time.process_time()
-        result = run()
-        times.append(time.process_time() - begin)
-        wanted = SHORT_REPEATS if times[0] < SHORT_SECONDS else REPEATS
-        if len(times) >= wanted or sum(times) > ENOUGH_SECONDS:
-            return result, statistics.median(times), len(times)
