@@ -17,24 +17,22 @@ from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.error_estimates import angle_distances, comparison_times, parting_time
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
 
-FIRST_REFERENCES: tuple[tuple[Integrator, float], ...] = (
-    ("dormand-prince-8", 1e-13),
-    ("dormand-prince-8", 1e-12),
-    ("dormand-prince-8", 1e-11),
-    ("implicit", 1e-9),
-    ("implicit", 1e-8),
+ReferenceSettings = tuple[tuple[Integrator, float], ...]
+"""Methods and tolerances of a reference; the first one that comes to an end is taken."""
+REFERENCES: tuple[ReferenceSettings, ReferenceSettings] = (
+    (("dormand-prince-8", 1e-13), ("dormand-prince-8", 1e-12), ("dormand-prince-8", 1e-11), ("implicit", 1e-11)),
+    (("dormand-prince", 1e-12), ("dormand-prince", 1e-11), ("implicit", 1e-10), ("bogacki-shampine", 1e-9)),
 )
-"""Methods and tolerances of the reference; the first one that comes to an end is taken."""
-SECOND_REFERENCES: tuple[tuple[Integrator, float], ...] = (
-    ("dormand-prince", 1e-12),
-    ("dormand-prince", 1e-11),
-    ("implicit", 1e-9),
-    ("implicit", 1e-8),
-    ("bogacki-shampine", 1e-9),
+"""Settings of the reference, and of the second one, whose method is another."""
+STIFF_REFERENCES: tuple[ReferenceSettings, ReferenceSettings] = (
+    (("implicit", 1e-12), ("implicit", 1e-11), ("implicit", 1e-10), ("implicit", 1e-9)),
+    (("linearly-implicit", 1e-9), ("linearly-implicit", 1e-8), ("linearly-implicit", 1e-7)),
 )
-"""The same of the second one, whose method is another."""
-SPRINGY_REFERENCES: tuple[tuple[Integrator, float], ...] = (("dormand-prince-8", 1e-11), ("implicit", 1e-8))
-SECOND_SPRINGY_REFERENCES: tuple[tuple[Integrator, float], ...] = (("implicit", 1e-8), ("dormand-prince", 1e-9))
+"""The same where explicit steps are limited by their stability."""
+SPRINGY_REFERENCES: tuple[ReferenceSettings, ReferenceSettings] = (
+    (("dormand-prince-8", 1e-11), ("linearly-implicit", 1e-8)),
+    (("linearly-implicit", 1e-8), ("dormand-prince", 1e-9)),
+)
 """The same where stiff springs close the loops, which make steps short."""
 REFERENCE_STEPS = 1_000
 """Least number of steps of a reference, so that states between its own are as exact."""
@@ -112,14 +110,25 @@ def reference_motion(
     by which steps are limited. seconds : greatest time of one simulation, s, about. independent : whether there is a
     second one. HcsearchError where no simulation makes a step.
     """
-    springy = compiled.formulation in {"penalty", "compliant"}
-    first = _reference(compiled, SPRINGY_REFERENCES if springy else FIRST_REFERENCES, end, seconds)
+    firsts, settings = reference_settings(compiled)
+    first = _reference(compiled, firsts, end, seconds)
     if first is None:
         raise HcsearchError("no simulation of this scene gets anywhere: see the reason that hcsearch deploy gives")
-    settings = SECOND_SPRINGY_REFERENCES if springy else SECOND_REFERENCES
     others = tuple(setting for setting in settings if setting[0] != first.method)
     second = _reference(whole, others, end, seconds) if independent else None
     return compared_references(first, second)
+
+
+def reference_settings(compiled: CompiledScene) -> tuple[ReferenceSettings, ReferenceSettings]:
+    """Return the settings of both references of a compiled scene."""
+    if compiled.formulation in {"penalty", "compliant"}:
+        return SPRINGY_REFERENCES
+    return STIFF_REFERENCES if is_stiff(compiled) else REFERENCES
+
+
+def is_stiff(compiled: CompiledScene) -> bool:
+    """Return whether all steps of a compiled scene are implicit unless a method is given."""
+    return simulate_compiled(compiled, certified=False, max_steps=1).motion.stiff_time == 0.0
 
 
 def affordable_steps(run: Callable[..., Deployment], seconds: float) -> int:
@@ -153,9 +162,7 @@ def _agreeing_until(times: Reals, distances: Reals) -> float:
     return float(times[-1] if not len(apart) else times[max(0, apart[0] - 1)])
 
 
-def _reference(
-    compiled: CompiledScene, settings: tuple[tuple[Integrator, float], ...], end: float, seconds: float
-) -> ReferenceRun | None:
+def _reference(compiled: CompiledScene, settings: ReferenceSettings, end: float, seconds: float) -> ReferenceRun | None:
     """Return the first simulation that comes to an end, else the one that gets farthest; None where none has a step."""
     runs: list[ReferenceRun] = []
     for method, tolerance in settings:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,11 +12,17 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS, Ending, Formulation, Integrator
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.accuracy.reference_motions import NO_ANSWER, ReferenceMotion, affordable_steps, reference_motion
+from hcsearch.springs.accuracy.reference_motions import (
+    NO_ANSWER,
+    ReferenceMotion,
+    affordable_steps,
+    is_stiff,
+    reference_motion,
+)
 from hcsearch.springs.accuracy.repeated_runs import processor_seconds
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.error_estimates import angle_distances, comparison_times
-from hcsearch.springs.deployment.outcomes import method_of
+from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, methods_of
 from hcsearch.springs.deployment.simulated_deployment import (
     MIN_BALANCE_ENERGY,
     Deployment,
@@ -166,18 +173,25 @@ def _rows(
 ) -> Iterator[WorkRow]:
     """Simulate by each method at rising accuracy, until a simulation would take too long."""
     formulation = compiled.formulation
+    chosen = methods_of(formulation)[is_stiff(compiled)]
     for method in INTEGRATORS:
         taken: list[float] = []
+        stopped = ""
         for tolerance in tolerances:
-            default = method == method_of(formulation) and tolerance == DEFAULT_TOLERANCE
+            default = method == chosen and tolerance == DEFAULT_TOLERANCE
             blank = WorkRow(formulation, method, tolerance, default=default)
-            if taken and taken[-1] * _growth(taken) > seconds:
-                yield replace(blank, note=f"not tried: would take more than {seconds:g} s")
+            if taken and (stopped or taken[-1] * _growth(taken) > seconds):
+                yield replace(blank, note=f"not tried: {stopped or _too_long(seconds)}")
                 continue
             told(f"{formulation}, {method} at {tolerance:.0e}".replace("e-0", "e-"))
-            row = measured_row(compiled, reference, blank)
+            row = measured_row(compiled, reference, blank, seconds)
             taken.append(row.seconds or 0.0)
+            stopped = f"out of steps at {tolerance:.0e}".replace("e-0", "e-") if row.outcome == "out of steps" else ""
             yield row
+
+
+def _too_long(seconds: float) -> str:
+    return f"would take more than {seconds:g} s"
 
 
 def _growth(taken: Sequence[float]) -> float:
@@ -185,11 +199,21 @@ def _growth(taken: Sequence[float]) -> float:
     return max(1.0, taken[-1] / taken[-2]) if len(taken) > 1 and taken[-2] else DEFAULT_GROWTH
 
 
-def measured_row(compiled: CompiledScene, reference: ReferenceMotion, blank: WorkRow) -> WorkRow:
-    """Fill in a row: simulate once for the errors, and again for the median of the processor time."""
+def measured_row(compiled: CompiledScene, reference: ReferenceMotion, blank: WorkRow, limit: float) -> WorkRow:
+    """Fill in a row: simulate once for the errors, and again for the median of the processor time.
+
+    limit : greatest time of the simulation, s, about. What comes to no answer is not repeated.
+    """
     run = partial(simulate_compiled, compiled, method=blank.method, tolerance=blank.tolerance, certified=False)
-    simulate_compiled(compiled, method=blank.method, certified=False, max_steps=1)  # compiles the kernels
-    deployment, seconds, runs = processor_seconds(run)
+    most, affordable = MAX_DEPLOYMENT_STEPS[compiled.formulation], affordable_steps(run, limit)
+    run = partial(run, max_steps=min(most, affordable))
+    begin = time.process_time()
+    deployment = run()
+    seconds, runs = time.process_time() - begin, 1
+    if deployment.outcome == "out of steps" and affordable < most:
+        return replace(blank, seconds=limit, note=_too_long(limit))
+    if deployment.outcome not in NO_ANSWER:
+        deployment, seconds, runs = processor_seconds(run)
     motion = deployment.motion
     return replace(
         blank,
