@@ -447,3 +447,16 @@ def test_a_flat_state_is_reached_within_a_step():
     assert motion.ending == "flat"
     assert motion.times[-1] == pytest.approx(0.9, abs=1e-9)
     assert motion.q[-1, 0] == pytest.approx(0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", INTEGRATORS)
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+def test_without_inertia_the_flat_state_is_reached_at_its_time(method, tolerance):
+    """A spring and a damper: q = exp(-k t / c); the time was once located by rates of 0."""
+    joint, body = TreeJoint(-1, Y, np.zeros(3)), Body(1.0, np.zeros(3), np.eye(3))
+    system = System((joint,), (body,), (JointDrive(linear_law(0.5), 0.02),), overdamped=True)
+    motion = simulate_system(
+        system, np.array([1.0]), end=5.0, method=method, tolerance=tolerance, flat=0.01, max_steps=50_000
+    )
+    assert motion.ending == "flat"
+    assert motion.times[-1] == pytest.approx(0.04 * math.log(100.0), abs=1000.0 * 0.04 * tolerance)

@@ -58,6 +58,15 @@ def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: 
 
 
 @lean
+def write_cubic_accelerations(span: IntegrationStep) -> None:
+    """Write the accelerations at both ends with which the quintic through a step is the cubic through its rates."""
+    for i in range(len(span.q0)):
+        rise = 6.0 * (span.q1[i] - span.q0[i]) / span.h
+        span.a0[i] = (rise - 4.0 * span.v0[i] - 2.0 * span.v1[i]) / span.h
+        span.a1[i] = (2.0 * span.v0[i] + 4.0 * span.v1[i] - rise) / span.h
+
+
+@lean
 def _coordinate(span: IntegrationStep, i: int, x: float) -> float:
     """Return the coordinate of a joint at a share x of a step."""
     if x == 1.0:

@@ -31,6 +31,7 @@ from hcsearch.kernels.multibody.events import (
     first_event,
     first_near,
     greatest_pull,
+    write_cubic_accelerations,
 )
 from hcsearch.kernels.multibody.hinges import law_moment, write_energies
 from hcsearch.kernels.multibody.integrators import IntegrationMethod, write_stage
@@ -71,6 +72,7 @@ from hcsearch.kernels.multibody.steps import (
     StepPlan,
     first_step,
     land_on_event,
+    land_on_flat,
     step_to_release,
     take_step,
 )
@@ -214,7 +216,13 @@ def _shorten(
     keep_stops = pace[PACE_STOPS_KEPT] > 0.0
     pace[PACE_STOPS_KEPT] = 0.0
     start, end, last = stepper.start, stepper.end, stepper.stages[len(method.b)]
-    span = IntegrationStep(h, start[:n], start[n : 2 * n], a, end[:n], end[n : 2 * n], last[n : 2 * n])
+    v0, a0, v1, a1 = start[n : 2 * n], a, end[n : 2 * n], last[n : 2 * n]
+    overdamped = simulation.mechanism.overdamped
+    if overdamped:  # the derivatives of coordinates are not part of the state
+        v0, a0, v1, a1 = a, stepper.work.trial[0], last[:n], stepper.work.trial[1]
+    span = IntegrationStep(h, start[:n], v0, a0, end[:n], v1, a1)
+    if overdamped:
+        write_cubic_accelerations(span)
     share, joint, kind = first_event(simulation.mechanism, simulation.hold, span)
     length = h
     if kind == EVENT_REST:
@@ -230,11 +238,13 @@ def _shorten(
     flat_share = 2.0
     if plan.flat_distance >= 0.0 and length > 0.0:
         # the tables now hold the repeated step
-        span = IntegrationStep(length, span.q0, span.v0, a, span.q1, span.v1, span.a1)
+        span = IntegrationStep(length, span.q0, span.v0, span.a0, span.q1, span.v1, span.a1)
+        if overdamped:
+            write_cubic_accelerations(span)
         flat_share = first_near(span, plan.flat, plan.flat_distance)
     if flat_share < 1.0:
-        length, kind = flat_share * length, -1
-        take_step(method, stepper, length)
+        kind = -1
+        length = land_on_flat(method, stepper, plan, flat_share * length, length)
     return length, flat_share, joint, kind
 
 

@@ -19,6 +19,8 @@ IMMEDIATE_EVENT_SHARE = 1e-9
 """An event within this share of a step counts as at its start."""
 PULL_JUMP_SHARE = 1e-4
 """Share of a step within which a pull that remains large counts as a jump, not as growing from zero."""
+MAX_FLAT_STEPS = 6
+"""Newton steps to the time at which the flat state is reached."""
 MAX_SECANT_STEPS = 6
 """Secant steps before bisection takes over: near a jump the secants converge too slowly."""
 MIN_JUMP_STEP_SHARE = 1e-4
@@ -135,6 +137,28 @@ def land_on_event(
                 end[2 * n + 1] += extension
                 return float(h + extension)
         low, high, h = next_length(h, miss, speed, sign, low, high)
+    return h
+
+
+@lean
+def land_on_flat(method: IntegrationMethod, stepper: Stepper, plan: StepPlan, guess: float, longest: float) -> float:
+    """Repeat a step so that it ends where the flat state is reached; return its length.
+
+    The guess is as exact as quintics are; without inertia, where it comes from cubics, it is improved by Newton steps.
+    """
+    h, n, end, last = guess, len(stepper.hold.held), stepper.end, stepper.stages[len(method.b)]
+    take_step(method, stepper, h)
+    for _ in range(MAX_FLAT_STEPS if stepper.mechanism.overdamped else 0):
+        furthest, miss, speed = -1, -plan.flat_distance, 0.0
+        for i in range(n):
+            distance = abs(end[i] - plan.flat[i])  # NaN where the joint does not count
+            if distance - plan.flat_distance > miss:
+                furthest, miss = i, distance - plan.flat_distance
+                speed = last[i] if end[i] > plan.flat[i] else -last[i]
+        if furthest < 0 or speed >= 0.0 or abs(miss) <= REACHED_STOP_ANGLE:
+            break
+        h = min(max(h - miss / speed, 0.5 * h), longest)
+        take_step(method, stepper, h)
     return h
 
 
