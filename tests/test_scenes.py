@@ -113,6 +113,7 @@ scenes = st.builds(
     damping_time=numbers,
     damping=st.none() | numbers,
     gravity=st.tuples(*(st.floats(-1e6, 1e6) for _ in range(3))),
+    drag=numbers,
     held=st.sampled_from(["bottom", "free", "0", "3"]),
     base_mass=numbers,
     base_inertia=st.tuples(numbers, numbers, numbers),

@@ -25,6 +25,7 @@ from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import Chain
 from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
 from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism
+from hcsearch.kernels.multibody.drag import Drag
 from hcsearch.kernels.multibody.endings import ENDING_FLAT, ENDING_NONE, ENDING_TIME_OUT
 from hcsearch.kernels.multibody.events import (
     INTERPOLATED_STATE_RESIDUAL,
@@ -58,6 +59,7 @@ class SceneTables(NamedTuple):
 
     tree: BodyTree
     hinges: Hinges
+    drag: Drag
     start: Reals
     joint_of: WholeNumbers
     chain: Chain
@@ -170,7 +172,8 @@ def _states(record: SimulationRecord, begin: int, end: int) -> StateSeries:
 def _mechanism(subject: SceneTables, rules: CheckingRules) -> Mechanism:
     tree, hinges, stiffness, damping = subject.tree, subject.hinges, rules.closure_stiffness, rules.closure_damping
     none = np.zeros((0, 3))
-    return Mechanism(tree, hinges, rules.struts, rules.cuts, none, stiffness, damping, False, no_targets())
+    struts, cuts, drag = rules.struts, rules.cuts, subject.drag
+    return Mechanism(tree, hinges, struts, cuts, none, stiffness, damping, False, no_targets(), drag)
 
 
 @compiled
@@ -240,7 +243,7 @@ def _drift(record: SimulationRecord, states: int) -> float:
 @compiled
 def _tables_at(stack: Any, i: int) -> SceneTables:
     """Return the tables of the i-th folding of a stack, in which numbers are tables."""
-    t, h, c, r, p = stack.tree, stack.hinges, stack.chain, stack.pairs, stack.prisms
+    t, h, d, c, r, p = stack.tree, stack.hinges, stack.drag, stack.chain, stack.pairs, stack.prisms
     return SceneTables(
         BodyTree(t.bodies[i], t.links[i], t.welds[i], t.weld_places[i], t.rows[i], t.slots[i], t.gravity[i], t.size[i]),
         Hinges(
@@ -257,6 +260,7 @@ def _tables_at(stack: Any, i: int) -> SceneTables:
             h.stop_damping[i],
             h.friction[i],
         ),
+        Drag(d.bodies[i], d.pieces[i], d.normals[i], d.points[i]),
         stack.start[i],
         stack.joint_of[i],
         Chain(c.directions[i], c.points[i], c.order[i], c.parents[i], c.hinges[i], c.signs[i]),

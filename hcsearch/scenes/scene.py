@@ -66,6 +66,9 @@ class Scene:
     gravity
         The acceleration of gravity, a vector in m/s^2; z points up from the flat sheet, whose drawing is seen from
         above.
+    drag
+        The drag of panels in air: its density times the drag coefficient, kg/m^3, such as 1.2 x 1.2 = 1.44; 0 in a
+        vacuum.
     held
         The fixed panel, by its number in pictures, or `bottom` for the lowest pair. With `free` the first panel belongs
         to a floating base.
@@ -125,6 +128,7 @@ class Scene:
     damping_time: float = 0.043
     damping: float | None = None
     gravity: SceneVector = (0.0, 0.0, 0.0)
+    drag: float = 0.0
     held: str = "bottom"
     base_mass: float = 0.0
     base_inertia: SceneVector = (0.0, 0.0, 0.0)

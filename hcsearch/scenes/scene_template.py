@@ -43,6 +43,7 @@ _SECTIONS = {
     ),
     "Loads": (
         _Line("gravity", "m/s^2 along x, y, z; z points up from the flat sheet"),
+        _Line("drag", "kg/m^3, density of the air times drag coefficient of panels; 0 in a vacuum"),
         _Line("base_mass", "kg of the floating base, where held is free"),
         _Line("base_inertia", "kg m^2, its moments of inertia"),
     ),

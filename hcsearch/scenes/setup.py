@@ -42,9 +42,9 @@ class Setup:
     collisions are checked, m.
     laws : of all hinges. spring_range : softest and stiffest spring that is tried or tuned, N m/rad.
     damping_time : s, and damping : N m s/rad; a hinge has the damping plus this time times its mean stiffness.
-    gravity : m/s^2. held : the fixed panel, or the one that belongs to the floating base, if the array is `free`.
-    start : share of the folded angles at the start. seconds : the simulated time.
-    resistance : of all hinges, friction and harness together, N m. The rest is as in `Scene`.
+    gravity : m/s^2. drag : density of the air times drag coefficient, kg/m^3. held : the fixed panel, or the one that
+    belongs to the floating base, if the array is `free`. start : share of the folded angles at the start. seconds : the
+    simulated time. resistance : of all hinges, friction and harness together, N m. The rest is as in `Scene`.
     """
 
     name: str
@@ -55,6 +55,7 @@ class Setup:
     damping_time: float
     damping: float
     gravity: SceneVector
+    drag: float
     held: int
     free: bool
     base_mass: float
@@ -105,6 +106,7 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
         damping_time=scene.damping_time if scene.damping is None else 0.0,
         damping=scene.damping or 0.0,
         gravity=scene.gravity,
+        drag=scene.drag,
         held=linkage.base if labels is None or scene.held in ("bottom", "free") else labels.panel(scene.held),
         free=scene.held == "free",
         base_mass=scene.base_mass,

@@ -87,7 +87,17 @@ class Twin:
         for strut in self.system.struts:
             growth = gradient(lambda x, s=strut: self.length(x, s), q)
             forces -= strut.damping * growth * (growth @ v)
+        for jacobian, normal, weight in self.pushed(q):
+            speed = normal @ jacobian @ v
+            forces -= weight * abs(speed) * speed * (jacobian.T @ normal)
         return forces - slope
+
+    def pushed(self, q):
+        """Of each point on which air acts: the Jacobian of its velocity, (3, n), its normal, and its weight."""
+        for facet in self.system.drags:
+            normal = self.poses(q)[facet.body][:3, :3] @ facet.normal
+            for point, weight in zip(facet.points, facet.weights, strict=True):
+                yield self.jacobian(q, facet.body, point)[3:], normal, weight
 
     def length(self, q, strut):
         ends = (strut.first, strut.first_point), (strut.second, strut.second_point)
@@ -114,6 +124,7 @@ class Twin:
         for drive, x, speed in zip(self.system.drives, q, v, strict=True):
             power += (drive.damping + (self.system.stop_damping if beyond(drive, x) else 0.0)) * speed**2
         growths = [(s, gradient(lambda x, s=s: self.length(x, s), q) @ v) for s in self.system.struts]
+        power += sum(weight * abs(normal @ jacobian @ v) ** 3 for jacobian, normal, weight in self.pushed(q))
         return power + sum(s.damping * growth**2 for s, growth in growths)
 
     def errors(self, q):

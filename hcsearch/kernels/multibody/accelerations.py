@@ -9,6 +9,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals, Signs, WholeNumbers
 from hcsearch.kernels.algebra import cross, put_vector, rotated, vector_at
 from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
+from hcsearch.kernels.multibody.drag import Drag, pull_drag
 from hcsearch.kernels.multibody.hinges import (
     Hinges,
     Struts,
@@ -49,7 +50,7 @@ class Mechanism(NamedTuple):
     closure_stiffness, closure_damping : of springs in place of exact closure, N m and N m s per rad, or per gap over
         size; 0 where closure is exact.
     overdamped : whether bodies have no inertia, so that only dampers resist; masses are then 0 and weights are loads.
-    targets : of the drives, as functions of time.
+    targets : of the drives, as functions of time. drag : of facets, none in a vacuum.
     """
 
     tree: BodyTree
@@ -61,6 +62,7 @@ class Mechanism(NamedTuple):
     closure_damping: float
     overdamped: bool
     targets: Targets
+    drag: Drag
 
 
 HELD_BY_FRICTION = 2
@@ -115,11 +117,12 @@ def discrete_state_for(mechanism: Mechanism, q: Reals) -> DiscreteState:
 
 @inlined
 def update_bodies(mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, work: Work) -> None:
-    """Write positions and velocities of all bodies, and the forces of loads, struts and cut hinges on them."""
+    """Write positions and velocities of all bodies, and the forces of loads, struts, cut hinges and drag on them."""
     tree = mechanism.tree
     place_bodies(tree, q, work)
     move_bodies(tree, v, work)
-    if len(mechanism.struts.stiffness) or len(mechanism.cuts.bodies) or len(mechanism.loads):
+    is_pulled = len(mechanism.struts.stiffness) or len(mechanism.cuts.bodies) or len(mechanism.loads)
+    if is_pulled or len(mechanism.drag.bodies):
         for i in range(len(q)):
             put_vector(work.bodies, i, WORK_PULL_COUPLE, (0.0, 0.0, 0.0))
             put_vector(work.bodies, i, WORK_PULL_FORCE, (0.0, 0.0, 0.0))
@@ -130,6 +133,7 @@ def update_bodies(mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals,
             put_vector(work.bodies, i, WORK_PULL_FORCE, force)
         pull_struts(mechanism.struts, work)
         pull_cuts(mechanism.cuts, hold.cut_branches, work)
+        pull_drag(mechanism.drag, work)
 
 
 @inlined

@@ -20,6 +20,7 @@ from hcsearch.kernels.multibody.accelerations import (
     solve_accelerations_ahead,
     update_bodies,
 )
+from hcsearch.kernels.multibody.drag import drag_power
 from hcsearch.kernels.multibody.hinges import (
     add_drive_torques_ahead,
     add_friction,
@@ -79,6 +80,8 @@ def _euler_step(
         state[2 * n] += h * lost
     if mechanism.closure_stiffness > 0.0:
         state[2 * n] += h * spring_loss(mechanism.closure_damping, work)
+    if len(mechanism.drag.bodies):
+        state[2 * n] += h * drag_power(mechanism.drag, work)
 
 
 @lean

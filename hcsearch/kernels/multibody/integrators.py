@@ -14,6 +14,7 @@ from hcsearch.kernels.multibody.accelerations import (
     accelerate_inlined,
     closure_energy,
 )
+from hcsearch.kernels.multibody.drag import drag_power
 from hcsearch.kernels.multibody.hinges import driving_power, friction_power, lost_power
 from hcsearch.kernels.multibody.tree import Work
 from hcsearch.kernels.multibody.welds import cut_energy
@@ -103,3 +104,5 @@ def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Real
         stage[2 * n] += lost
     _, lost = closure_energy(mechanism, work)
     stage[2 * n] += lost
+    if len(mechanism.drag.bodies):
+        stage[2 * n] += drag_power(mechanism.drag, work)

@@ -19,8 +19,9 @@ from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld, joined_body
 from hcsearch.springs.dynamics.mirror import Mirror, mirror_of
+from hcsearch.springs.dynamics.panel_drag import facet_drag
 from hcsearch.springs.dynamics.panels import PanelTree, panel_bodies, panel_tree
-from hcsearch.springs.dynamics.system import CutHinge, JointDrive, System
+from hcsearch.springs.dynamics.system import CutHinge, FacetDrag, JointDrive, System
 from hcsearch.springs.dynamics.time_integration import cut_states
 
 
@@ -200,6 +201,7 @@ class _Compiler:
             closure_stiffness=self.setup.cut_stiffness if compliant else 0.0,
             closure_damping=self.setup.cut_damping if compliant else 0.0,
             overdamped=self.formulation == "quasistatic",
+            drags=self._drags(tree, mirror, shift),
         )
         joint_of = np.where(tree.joint_of >= 0, tree.joint_of + shift, -1)
         start = np.concatenate([np.zeros(shift), self.angles[tree.hinge_of]])
@@ -318,6 +320,23 @@ class _Compiler:
             bodies = [body + shift if body != GROUND else base for body in (first_body, second_body)]
             cuts.append(CutHinge(bodies[0], bodies[1], ends, self.linkage.directions[hinge], self._drive(hinge)))
         return tuple(cuts)
+
+    def _drags(self, tree: PanelTree, mirror: Mirror | None, shift: int) -> tuple[FacetDrag, ...]:
+        """Return the facets on which air acts: of panels that move, half of those that the mirror plane halves."""
+        if not self.setup.drag:
+            return ()
+        pattern, facets = self.linkage.pattern, []
+        for panel, parts in enumerate(pattern.panels):
+            body = int(tree.body_of[panel]) + shift
+            if tree.body_of[panel] == GROUND:
+                if not self.setup.free or panel != self.setup.held:
+                    continue
+                body = shift - 1
+            share = 0.5 if mirror is not None and mirror.panels[panel] == panel else 1.0
+            facets += [
+                facet_drag(body, pattern.facets[facet], pattern.thickness, share * self.setup.drag) for facet in parts
+            ]
+        return tuple(facets)
 
     def _welds(self, welds: tuple[Weld, ...]) -> tuple[Weld, ...]:
         """Reduce welds to motions in the plane normal to the hinges, if all hinges are parallel."""

@@ -102,6 +102,7 @@ def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
     return SceneTables(
         tree=mechanism.tree,
         hinges=mechanism.hinges,
+        drag=mechanism.drag,
         start=compiled.start,
         joint_of=compiled.joint_of,
         chain=linkage.chain,

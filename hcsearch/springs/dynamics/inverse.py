@@ -21,7 +21,7 @@ from hcsearch.springs.dynamics.system import System
 class Forces(ByValue):
     """Joint forces and energies of a motion at k times.
 
-    joints : (k, n_joints), moments about the joints that balance inertia and gravity, N m.
+    joints : (k, n_joints), moments about the joints that balance inertia, gravity and drag, N m.
     kinetic, height : (k,), kinetic energy and potential energy of gravity, J.
     """
 
@@ -43,13 +43,17 @@ class _Placed(ByValue):
 
 
 def joint_forces(system: System, q: Reals, v: Reals, a: Reals) -> Forces:
-    """Return the joint moments that balance inertia and gravity for coordinates, rates, accelerations (k, n_joints)."""
+    """Return the joint moments that balance inertia, gravity and drag.
+
+    q, v, a : (k, n_joints), coordinates, rates, accelerations.
+    """
     if any(joint.slides for joint in system.joints):
         raise HcsearchError("inverse dynamics is for a base that is held: hold a panel, such as held = 'bottom'")
     count, n = q.shape
     gravity = np.array(system.gravity)
     lines, placed = _outward(system, q, v, a)
     pulls, couples = np.zeros((n, count, 3)), np.zeros((n, count, 3))
+    _add_drag(system, placed, pulls, couples)
     kinetic, height = np.zeros(count), np.zeros(count)
     forces = np.empty((count, n))
     for i in range(n - 1, -1, -1):
@@ -72,6 +76,19 @@ def joint_forces(system: System, q: Reals, v: Reals, a: Reals) -> Forces:
             pulls[parent] += pulls[i]
             couples[parent] += couples[i] + np.cross(placed_body.place - placed[parent].place, pulls[i])
     return Forces(forces, kinetic, height)
+
+
+def _add_drag(system: System, placed: list[_Placed], pulls: Reals, couples: Reals) -> None:
+    """Add what balances the drag of facets to forces and couples about the joints, (n, k, 3)."""
+    for facet in system.drags:
+        body = placed[facet.body]
+        normal = body.turn @ facet.normal
+        arms = (facet.points - system.joints[facet.body].point) @ body.turn.transpose(0, 2, 1)  # (k, p, 3)
+        velocities = body.speed[:, None] + np.cross(body.spin[:, None], arms)
+        along = np.einsum("kpi,ki->kp", velocities, normal)
+        forces = (facet.weights * np.abs(along) * along)[..., None] * normal[:, None]
+        pulls[facet.body] += forces.sum(axis=1)
+        couples[facet.body] += np.cross(arms, forces).sum(axis=1)
 
 
 def _outward(system: System, q: Reals, v: Reals, a: Reals) -> tuple[list[Reals], list[_Placed]]:

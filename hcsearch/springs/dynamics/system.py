@@ -12,6 +12,7 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.multibody.accelerations import Mechanism
+from hcsearch.kernels.multibody.drag import Drag
 from hcsearch.kernels.multibody.hinges import Hinges, Struts, Targets, no_targets
 from hcsearch.kernels.multibody.tree import BODY_INERTIA, BODY_MASS
 from hcsearch.kernels.multibody.welds import CutHinges
@@ -70,6 +71,20 @@ class CutHinge(ByValue):
 
 
 @dataclass(frozen=True, eq=False)
+class FacetDrag(ByValue):
+    """A facet of a body on which air acts.
+
+    normal : unit vector; points : (p, 3), of a quadrature, m; both in the reference state. weights : (p,), half of the
+    density of the air times the drag coefficient, times shares of the area, kg/m.
+    """
+
+    body: int
+    normal: Reals
+    points: Reals
+    weights: Reals
+
+
+@dataclass(frozen=True, eq=False)
 class System(ByValue):
     """A tree of bodies and joints, the welds that close its loops, and the forces on it.
 
@@ -79,7 +94,7 @@ class System(ByValue):
     closure_stiffness, closure_damping : of springs that close the loops across the welds (N/m, Ns/m; turns are held as
         by springs at the distance `size`); 0 for exact closure.
     overdamped : whether inertia is neglected, so that dampers alone resist: every joint needs one.
-    targets : of drives; None without drives.
+    targets : of drives; None without drives. drags : facets on which air acts.
     """
 
     joints: tuple[TreeJoint, ...]
@@ -98,6 +113,7 @@ class System(ByValue):
     closure_damping: float = 0.0
     overdamped: bool = False
     targets: Targets | None = None
+    drags: tuple[FacetDrag, ...] = ()
 
     def __post_init__(self) -> None:
         springy = self.stop_stiffness or self.closure_stiffness or self.cuts
@@ -105,6 +121,11 @@ class System(ByValue):
             raise HcsearchError(
                 "friction holds joints at rest only where loops and stops are rigid and bodies have inertia: take the "
                 "constrained formulation, or a scene without friction and harness"
+            )
+        if self.overdamped and self.drags:
+            raise HcsearchError(
+                "quasistatic motion has no drag, which grows as the square of speeds: take the constrained "
+                "formulation, or a scene without drag"
             )
 
     @property
@@ -125,7 +146,8 @@ class System(ByValue):
         area = self.size**2
         closure = (self.closure_stiffness * area, self.closure_damping * area)
         targets = no_targets() if self.targets is None else self.targets
-        return Mechanism(tree, hinges, self._struts(), self._cuts(), loads, *closure, self.overdamped, targets)
+        forces = self._struts(), self._cuts(), loads, *closure
+        return Mechanism(tree, hinges, *forces, self.overdamped, targets, self._drag())
 
     def driven(self, drives: tuple[JointDrive, ...]) -> System:
         """Return the system with other laws, dampers and stops in the joints; the tables of the tree are reused."""
@@ -175,6 +197,16 @@ class System(ByValue):
             hinges=self._hinges([cut.drive for cut in self.cuts]),
             stiffness=float(self.cut_stiffness),
             damping=float(self.cut_damping),
+        )
+
+    def _drag(self) -> Drag:
+        ends = np.cumsum([0, *(len(facet.points) for facet in self.drags)])
+        arms = [np.column_stack([facet.points - self.joints[facet.body].point, facet.weights]) for facet in self.drags]
+        return Drag(
+            bodies=np.array([facet.body for facet in self.drags], np.int64),
+            pieces=np.column_stack([ends[:-1], ends[1:]]).astype(np.int64),
+            normals=np.array([facet.normal for facet in self.drags], float).reshape(-1, 3),
+            points=np.concatenate([np.zeros((0, 4)), *arms]),
         )
 
     def _struts(self) -> Struts:
