@@ -11,6 +11,7 @@ from hcsearch.api.exporting import save as save
 from hcsearch.api.exporting import save_designs as save_designs
 from hcsearch.api.following_motions import follow_motion as follow_motion
 from hcsearch.api.identifying import identify_damping as identify_damping
+from hcsearch.api.identifying import identify_motion as identify_motion
 from hcsearch.api.identifying import identify_spring as identify_spring
 from hcsearch.api.initializing import init_scene as init_scene
 from hcsearch.api.measuring_accuracy import accuracy as accuracy

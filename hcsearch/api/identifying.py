@@ -5,9 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, printable
+from hcsearch.basics.vocabulary import MotionTerm, Way
+from hcsearch.cases.case import Case, CaseSubject
+from hcsearch.cases.databases import Place
+from hcsearch.cases.resolve import resolve
+from hcsearch.scenes import Scene
+from hcsearch.shape.labels import labels_of
+from hcsearch.springs.identification.films import read_film
+from hcsearch.springs.identification.identified_motion import DEFAULT_MOTION_TERMS, IdentifiedMotion, identify_films
 from hcsearch.springs.identification.law_fitting import IdentifiedSpring, fit_spring
 from hcsearch.springs.identification.measurements import read_accelerations, read_measured_moments
 from hcsearch.springs.identification.vibration import (
@@ -82,6 +91,61 @@ def identify_damping(
             )
     tests = tuple(hinge_test(vibration.modes[0], inertia, hinges) for vibration in vibrations)
     return HingeDamping(tests, tuple(vibrations))
+
+
+def identify_motion(
+    paths: Sequence[str],
+    what: CaseSubject | Case,
+    scene: Scene | str | None = None,
+    *,
+    fit: Sequence[MotionTerm] = DEFAULT_MOTION_TERMS,
+    held_out: Sequence[str] = (),
+    rate: float | None = None,
+    panel: str | None = None,
+    flat_pairs: Way | None = None,
+    db: Place | None = None,
+    **values: Any,
+) -> IdentifiedMotion:
+    """Fit springs, damping and other values of a scene to films of a deployment, as `hcsearch identify motion` does.
+
+    Parameters
+    ----------
+    paths
+        Files .csv, one film each, with a column `time_s`, unless `rate` is given, and one for each measured hinge,
+        named by its number in pictures and unit, such as `7_deg` or `7_rad`. Cells may be empty.
+    what, scene, panel, flat_pairs, db, **values
+        As in `deploy`. Values that are not fitted are those of the scene.
+    fit
+        What is fitted: `stiffness` (one factor for all springs), `stiffness-by-law` or `stiffness-by-hinge`, `damping`,
+        `friction`, `gravity` (its direction) and `drag`.
+    held_out
+        Further films, which are not fitted but predicted.
+    rate
+        The rate of the frames, Hz.
+
+    Returns
+    -------
+    IdentifiedMotion
+        The models tried, the chosen one with its parameters and intervals, and whether it explains the films.
+
+    Raises
+    ------
+    HcsearchError
+        For films that cannot be read, a scene with drives, and terms that cannot be fitted.
+    """
+    check_kinds(identify_motion, locals())
+    case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
+    write_notice(case.sentence)
+    if case.drives is not None:
+        raise HcsearchError("films are fitted by springs, and the scene has drives: leave out its table [drive]")
+    if case.formulation not in (None, "constrained"):
+        raise HcsearchError(f"films are fitted with exact closure, not in the {case.formulation} formulation")
+    labels = labels_of(case.linkage)
+    films, further = ([read_film(str(path), labels, rate, _note) for path in some] for some in (paths, held_out))
+    identified = identify_films(case.name, case.linkage, case.setup, films, fit, further)
+    for doubt in identified.doubts:
+        _note(doubt)
+    return identified
 
 
 def _note(text: str) -> None:

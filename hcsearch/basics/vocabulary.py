@@ -54,6 +54,11 @@ UnitPath = Literal["flat", "stopped", "stepwise", "none", "locked"]
 UNIT_PATHS: tuple[UnitPath, ...] = get_args(UnitPath)
 """Endings of the motion of a unit from its folded state; see `unit_search.proofs.UnitProof`."""
 
+MotionTerm = Literal["stiffness", "stiffness-by-law", "stiffness-by-hinge", "damping", "friction", "gravity", "drag"]
+MOTION_TERMS: tuple[MotionTerm, ...] = get_args(MotionTerm)
+"""Terms of a scene that are fitted to a film: one factor for all springs, for those of each law of the scene, or for
+each; a damper and a friction that all hinges have; the direction of gravity; the drag of panels."""
+
 Formulation = Literal["constrained", "compliant", "penalty", "quasistatic"]
 FORMULATIONS: tuple[Formulation, ...] = get_args(Formulation)
 """Formulations of a deployment: loops closed exactly, by springs, by the springs of the thesis, or without inertia."""

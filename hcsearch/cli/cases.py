@@ -78,6 +78,11 @@ def subject_options(command: Command) -> Command:
     return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold", "rigid", _SECONDS)
 
 
+def film_options(command: Command) -> Command:
+    """Add the same for films, which decide how long the motion is simulated."""
+    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold", "rigid")
+
+
 def export_options(command: Command) -> Command:
     """Add the same, with a subject or a query, which may have several words."""
     return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold|QUERY", "rigid", _SECONDS, words=True)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.basics.errors import printable
+from hcsearch.cli.identify_motion import motion
 from hcsearch.cli.options import FiniteNumber, examples_epilog
 
 if TYPE_CHECKING:
@@ -23,13 +24,17 @@ _UNITS = {"stiffness": "N m/rad", "growth": "N m/rad^2", "preload": "N m", "hyst
     epilog=examples_epilog(
         "hcsearch identify spring moments.csv",
         "hcsearch identify damping --inertia 0.0051 --hinges 4 test1.csv test2.csv",
+        "hcsearch identify motion film.csv hex:0234550132:4",
     )
 )
 def identify() -> None:
     """Compute springs and damping from measurements.
 
-    The results are in the form that the options --spring and --damping of hcsearch deploy take.
+    The results are in the form that the options --spring and --damping of hcsearch deploy, and scene files, take.
     """
+
+
+identify.add_command(motion)
 
 
 @identify.command(epilog=examples_epilog("hcsearch identify spring moments.csv"))

@@ -174,7 +174,7 @@ def read_accelerations(
     if rate is None and TIME_COLUMN not in columns.names:
         raise HcsearchError(f"{path} has no column {TIME_COLUMN}: add one, or give the sampling rate by --rate HZ")
     if rate is not None:
-        _check_rate(rate := float(rate))
+        check_rate(rate := float(rate))
         times = np.arange(len(columns.rows)) / rate
     else:
         times = columns.numbers(TIME_COLUMN)
@@ -189,7 +189,7 @@ def read_accelerations(
     if rate is None:
         # gaps before the start do not count; records of too few rows are refused later
         rate = sampling_rate(times[rows] if len(rows) > 1 else times, path)
-        _check_rate(rate)
+        check_rate(rate)
         if rate <= DOUBTED_SAMPLING_RATE:
             note(
                 f"{path} has one sample in {short_number(1.0 / rate, 3)} s: "
@@ -227,7 +227,8 @@ def _without_counters(channels: dict[str, Reals], path: str, note: Callable[[str
     return {name: values for name, values in channels.items() if name not in counters}
 
 
-def _check_rate(rate: float) -> None:
+def check_rate(rate: float) -> None:
+    """Raise HcsearchError for a sampling rate (Hz) that no instrument has."""
     if not MIN_MEASURED_VALUE <= rate <= MAX_MEASURED_VALUE:
         raise HcsearchError(
             f"a sampling rate of {rate:g} Hz: give one from {MIN_MEASURED_VALUE:g} to {MAX_MEASURED_VALUE:g}"

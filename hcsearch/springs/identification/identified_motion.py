@@ -1,0 +1,284 @@
+"""Identification of a scene from films: models tried from the simplest on, the chosen one, and its verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import MOTION_TERMS, MotionTerm
+from hcsearch.scenes.setup import Setup
+from hcsearch.shape.labels import label_data, labels_of
+from hcsearch.shape.linkage import Linkage
+from hcsearch.springs.deployment.outcomes import collision_sentence
+from hcsearch.springs.deployment.simulated_deployment import deployment_of_motion
+from hcsearch.springs.identification.films import Film
+from hcsearch.springs.identification.motion_adequacy import LeftOver, left_over
+from hcsearch.springs.identification.motion_fitting import FilmProblem, FittedFilms, fit_films
+from hcsearch.springs.identification.motion_intervals import MotionEstimate, estimates_of
+from hcsearch.springs.identification.motion_parameters import STIFFNESS_TERMS, MotionParameters, motion_parameters
+from hcsearch.springs.identification.motion_scene import scene_values
+from hcsearch.system.work_steps import step_of_thread, work_step
+
+DEFAULT_MOTION_TERMS: tuple[MotionTerm, ...] = ("stiffness", "damping", "friction")
+"""Terms that are fitted unless others are named."""
+
+
+@dataclass(frozen=True)
+class MotionFit:
+    """A model fitted to all films.
+
+    terms : fitted, none for the scene as it is. size : number of fitted numbers, with a release for each film.
+    bic : Bayesian information criterion, n log(squares / n) + size log(n) for n angles; the smaller the better.
+    releases : time of the release on the clock of each film, s. left : what the model leaves of the films.
+    setup : the scene with the fitted values. values : these by the names of a scene file.
+    """
+
+    terms: tuple[MotionTerm, ...]
+    size: int
+    bic: float
+    releases: tuple[float, ...]
+    left: LeftOver
+    setup: Setup
+    values: dict[str, Any]
+
+    @property
+    def explained(self) -> bool:
+        """Whether the model leaves only noise, or less than films show."""
+        return self.left.explained
+
+
+@dataclass(frozen=True)
+class HeldOutFilm:
+    """A film that was not fitted, compared with the chosen model; only its release (s) is fitted."""
+
+    film: str
+    release: float
+    left: LeftOver
+
+    @property
+    def predicted(self) -> bool:
+        """Whether the model leaves only noise, or less than films show."""
+        return self.left.explained
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedMotion:
+    """Springs, damping and other values of a scene, fitted to films of a deployment.
+
+    name : of what is deployed. films : their names. fits : all models, in the order in which they were tried. chosen :
+    of those that explain the films, the one with the least information criterion; of all where none does.
+    estimates : of the parameters of the chosen model. validation : on films that were held out. doubts : sentences.
+    """
+
+    name: str
+    linkage: Linkage
+    films: tuple[str, ...]
+    fits: tuple[MotionFit, ...]
+    chosen: MotionFit
+    estimates: tuple[MotionEstimate, ...]
+    validation: tuple[HeldOutFilm, ...]
+    doubts: tuple[str, ...]
+
+    @property
+    def explained(self) -> bool:
+        """Whether a model explains all films, those that were held out included."""
+        return self.chosen.explained and all(film.predicted for film in self.validation)
+
+    @property
+    def verdict(self) -> str:
+        """`explained`, or `not explained`."""
+        return "explained" if self.explained else "not explained"
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The fitted values by the names of a scene file, for `deploy(..., **values)`."""
+        return self.chosen.values
+
+    @cached_property
+    def reason(self) -> str:
+        """The verdict in a sentence, with what remains where nothing fits."""
+        if not self.chosen.explained:
+            return f"not explained: {self.remains(self.chosen.left, self.films)}"
+        for held_out in self.validation:
+            if not held_out.predicted:
+                return f"not explained: of the film held out, {self.remains(held_out.left, (held_out.film,))}"
+        rms = math.degrees(self.chosen.left.residual)
+        return f"explained to {rms:.2g} degrees rms, of which {math.degrees(self.chosen.left.misfit):.2g} are no noise"
+
+    def remains(self, left: LeftOver, films: Sequence[str]) -> str:
+        """Return in words what a model leaves of films, and where that is greatest."""
+        hinge = labels_of(self.linkage).hinges[left.hinge]
+        return (
+            f"{math.degrees(left.misfit):.2g} degrees rms remain that are no noise, most in hinge {hinge} at "
+            f"{left.time:.4g} s of {films[left.film]}, where the model is {math.degrees(left.error):+.2g} degrees off"
+        )
+
+    def facts(self) -> dict[str, Any]:
+        """Return the results as plain data, as `hcsearch identify motion --json` prints them; angles in rad."""
+        return {
+            "name": self.name,
+            "verdict": self.verdict,
+            "reason": self.reason,
+            "terms": list(self.chosen.terms),
+            "parameters": [
+                {key: getattr(one, key) for key in ("name", "unit", "value", "error", "low", "high", "told")}
+                for one in self.estimates
+            ],
+            "scene": self.values,
+            "films": [
+                {"file": name, "release_s": release}
+                for name, release in zip(self.films, self.chosen.releases, strict=True)
+            ],
+            "left": self._left_facts(self.chosen.left, self.films),
+            "tried": [
+                {
+                    "terms": list(fit.terms),
+                    "size": fit.size,
+                    "bic": fit.bic,
+                    "residual_rad": fit.left.residual,
+                    "misfit_rad": fit.left.misfit,
+                    "explained": fit.explained,
+                    "chosen": fit is self.chosen,
+                }
+                for fit in self.fits
+            ],
+            "held_out": [
+                {"file": one.film, "release_s": one.release, "predicted": one.predicted}
+                | self._left_facts(one.left, (one.film,))
+                for one in self.validation
+            ],
+            "doubts": list(self.doubts),
+        }
+
+    def _left_facts(self, left: LeftOver, films: Sequence[str]) -> dict[str, Any]:
+        return {
+            "residual_rad": left.residual,
+            "noise_rad": left.noise,
+            "misfit_rad": left.misfit,
+            "excess_sureness": left.excess_sureness,
+            "order_sureness": left.order_sureness,
+            "greatest": {
+                "file": films[left.film],
+                "hinge": label_data(labels_of(self.linkage).hinges[left.hinge]),
+                "time_s": left.time,
+                "error_rad": left.error,
+            },
+        }
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: {self.reason}>"
+
+
+@work_step("fitting the films")
+def identify_films(
+    name: str,
+    linkage: Linkage,
+    setup: Setup,
+    films: Sequence[Film],
+    terms: Sequence[MotionTerm] = DEFAULT_MOTION_TERMS,
+    held_out: Sequence[Film] = (),
+) -> IdentifiedMotion:
+    """Fit terms of a scene to films: from the scene as it is, terms are added as long as the criterion falls.
+
+    Springs come first, as one; then the term that lowers the criterion most, one after the other. The model with all
+    terms is tried in any case. Values of terms that are not fitted are those of the scene.
+    """
+    terms = _checked(setup, films, terms)
+    fits: dict[tuple[MotionTerm, ...], tuple[FittedFilms, MotionFit]] = {}
+
+    def fit(wanted: tuple[MotionTerm, ...], simpler: tuple[MotionTerm, ...] | None) -> float:
+        if wanted not in fits:
+            starts = [] if simpler is None else [fits[simpler][0]]
+            solved = fit_films(linkage, motion_parameters(linkage, setup, wanted), films, starts)
+            fits[wanted] = solved, _described(linkage, wanted, films, solved)
+            step_of_thread().advance(1)
+        return fits[wanted][1].bic
+
+    fit((), None)
+    current: tuple[MotionTerm, ...] = ()
+    while wider := _wider(current, terms):
+        criteria = [fit(one, current) for one in wider]
+        best = wider[criteria.index(min(criteria))]
+        if fits[best][1].bic >= fits[current][1].bic:
+            break
+        current = best
+    whole = _in_order(terms)
+    fit(whole, current)
+    tried = [described for _, described in fits.values()]
+    chosen = min([one for one in tried if one.explained] or tried, key=lambda one: one.bic)
+    solved = fits[chosen.terms][0]
+    estimates = estimates_of(FilmProblem(linkage, solved.parameters, films), solved)
+    validation = tuple(_held_out(linkage, chosen.setup, film) for film in held_out)
+    doubts = tuple(_doubts(linkage, films, solved, estimates))
+    names = tuple(film.name for film in films)
+    return IdentifiedMotion(name, linkage, names, tuple(tried), chosen, estimates, validation, doubts)
+
+
+def _checked(setup: Setup, films: Sequence[Film], terms: Sequence[MotionTerm]) -> tuple[MotionTerm, ...]:
+    if not films:
+        raise HcsearchError("there is no film to fit: give one or more files of angles")
+    if not terms:
+        raise HcsearchError(f"there is nothing to fit: name some of {', '.join(MOTION_TERMS)}")
+    if "friction" in terms and len(set(setup.resistance)) > 1:
+        raise HcsearchError(
+            "friction is fitted as one of all hinges, and the scene gives some their own: leave out either"
+        )
+    return _in_order(terms)
+
+
+def _in_order(terms: Sequence[MotionTerm]) -> tuple[MotionTerm, ...]:
+    return tuple(term for term in MOTION_TERMS if term in terms)
+
+
+def _wider(current: tuple[MotionTerm, ...], terms: Sequence[MotionTerm]) -> list[tuple[MotionTerm, ...]]:
+    """Return the next models: springs as one first; then one more term, or springs that are fitted more finely."""
+    finer = [term for term in terms if term in STIFFNESS_TERMS]
+    if not current and finer:
+        return [("stiffness",)]
+    wider = []
+    for term in terms:
+        if term in finer:
+            if "stiffness" in current and term != "stiffness":
+                wider.append(_in_order([term, *(other for other in current if other != "stiffness")]))
+        elif term not in current:
+            wider.append(_in_order([*current, term]))
+    return wider
+
+
+def _described(
+    linkage: Linkage, terms: tuple[MotionTerm, ...], films: Sequence[Film], solved: FittedFilms
+) -> MotionFit:
+    count = len(solved.residuals)
+    setup = solved.parameters.setup_at(solved.x)
+    return MotionFit(
+        terms=terms,
+        size=solved.size,
+        bic=count * math.log(max(solved.squares, 1e-300) / count) + solved.size * math.log(count),
+        releases=tuple(solved.releases.tolist()),
+        left=left_over(films, solved.residuals, solved.freedom),
+        setup=setup,
+        values=scene_values(linkage, solved.parameters, setup, solved.x),
+    )
+
+
+def _held_out(linkage: Linkage, setup: Setup, film: Film) -> HeldOutFilm:
+    solved = fit_films(linkage, MotionParameters(setup, ()), [film])
+    return HeldOutFilm(film.name, float(solved.releases[0]), left_over([film], solved.residuals, solved.freedom))
+
+
+def _doubts(
+    linkage: Linkage, films: Sequence[Film], solved: FittedFilms, estimates: Sequence[MotionEstimate]
+) -> Iterator[str]:
+    """Yield sentences on parameters that the films do not tell, and on a collision in the fitted motion."""
+    untold = [estimate.name for estimate in estimates if not estimate.told]
+    if untold:
+        yield f"the films do not tell {', '.join(untold)}: leave them out of --fit, or film what moves them apart"
+    course = FilmProblem(linkage, solved.parameters, films).course(solved.x, solved.releases)
+    clearance = deployment_of_motion(course.compiled, course.motion).clearance
+    if clearance is not None and clearance.kind == "collides" and clearance.panels is not None:
+        sentence = collision_sentence(clearance.panels, clearance.time, labels_of(linkage))
+        yield f"in the fitted motion, {sentence} after the release: leave out what the films show from then on"
