@@ -63,8 +63,8 @@ def motion(files: tuple[str, ...], name: str, as_json: bool, **options: Any) -> 
 
     A film is a table of fold angles: a column time_s, and a column for each measured hinge, named by its number in
     pictures and a unit, such as 7_deg or 7_rad. Cells may be empty. The moment of the release is fitted for each film.
-    Models are tried from the scene as it is to the one with all terms, and the best that leaves only noise is chosen.
-    Its values are printed in the form that a scene file takes.
+    Models are tried from the scene as it is to the one with all terms, and the simplest is chosen that no further term
+    improves significantly. Its values are printed in the form that a scene file takes.
 
     Exit code: 0 if a model explains the films, also those that are held out; 1 if none does; 2 for wrong input.
     """
@@ -94,12 +94,11 @@ def _print(identified: IdentifiedMotion) -> None:
     for estimate in identified.estimates:
         _print_estimate(estimate)
     width = max(len("model tried"), *(len(_model(fit.terms)) for fit in identified.fits)) + 2
-    click.echo(f"\n{'model tried':{width}}{'left, rms deg':>14}{'no noise, deg':>15}{'criterion':>12}  verdict")
+    click.echo(f"\n{'model tried':{width}}{'left, rms deg':>14}{'no noise, deg':>15}{'sureness':>10}  verdict")
     for fit in identified.fits:
-        verdict = "chosen" if fit is identified.chosen else "explains" if fit.explained else "does not explain"
-        if fit is identified.chosen and not fit.explained:
-            verdict = "chosen, does not explain"
-        numbers = f"{_degrees(fit.left.residual):>14}{_degrees(fit.left.misfit):>15}{fit.bic:>12.1f}"
+        verdict = "explains" if fit.explained else "does not explain"
+        verdict = f"chosen, {verdict}" if fit is identified.chosen else verdict
+        numbers = f"{_degrees(fit.left.residual):>14}{_degrees(fit.left.misfit):>15}{f'{fit.sureness:.3f}':>10}"
         click.echo(f"{_model(fit.terms):{width}}{numbers}  {verdict}")
     for held_out in identified.validation:
         click.echo(_held_out_line(held_out))

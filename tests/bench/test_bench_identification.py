@@ -70,6 +70,8 @@ def test_the_command_saves_tables_and_plot(tmp_path, monkeypatch):
     assert result.exception is None
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "identification-damping.csv",
+        "identification-film-verdicts.csv",
+        "identification-films.csv",
         "identification-springs.csv",
         "identification.md",
         "identification.png",
@@ -78,3 +80,5 @@ def test_the_command_saves_tables_and_plot(tmp_path, monkeypatch):
     data = json.loads((tmp_path / "i.json").read_text(encoding="utf-8"))
     assert [row["noise"] for row in data["identification-damping"]] == [0.0, 0.01]
     assert len(data["identification-springs"]) == 8
+    assert [row["parameter"] for row in data["identification-films"]] == ["stiffness", "damping", "friction"]
+    assert [row["films"] for row in data["identification-film-verdicts"]] == [1]

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from scipy.stats import f as f_distribution
+
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import MOTION_TERMS, MotionTerm
 from hcsearch.scenes.setup import Setup
@@ -16,6 +18,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.outcomes import collision_sentence
 from hcsearch.springs.deployment.simulated_deployment import deployment_of_motion
 from hcsearch.springs.identification.films import Film
+from hcsearch.springs.identification.law_fitting import LAW_REFUSAL_CONFIDENCE
 from hcsearch.springs.identification.motion_adequacy import LeftOver, left_over
 from hcsearch.springs.identification.motion_fitting import FilmProblem, FittedFilms, fit_films
 from hcsearch.springs.identification.motion_intervals import MotionEstimate, estimates_of
@@ -32,18 +35,23 @@ class MotionFit:
     """A model fitted to all films.
 
     terms : fitted, none for the scene as it is. size : number of fitted numbers, with a release for each film.
-    bic : Bayesian information criterion, n log(squares / n) + size log(n) for n angles; the smaller the better.
+    sureness : probability that the model with all terms fits better, and not by chance (F test).
     releases : time of the release on the clock of each film, s. left : what the model leaves of the films.
     setup : the scene with the fitted values. values : these by the names of a scene file.
     """
 
     terms: tuple[MotionTerm, ...]
     size: int
-    bic: float
+    sureness: float
     releases: tuple[float, ...]
     left: LeftOver
     setup: Setup
     values: dict[str, Any]
+
+    @property
+    def sufficient(self) -> bool:
+        """Whether the films do not require further terms."""
+        return self.sureness < LAW_REFUSAL_CONFIDENCE
 
     @property
     def explained(self) -> bool:
@@ -70,7 +78,7 @@ class IdentifiedMotion:
     """Springs, damping and other values of a scene, fitted to films of a deployment.
 
     name : of what is deployed. films : their names. fits : all models, in the order in which they were tried. chosen :
-    of those that explain the films, the one with the least information criterion; of all where none does.
+    the one with the fewest numbers for which the films do not require further terms.
     estimates : of the parameters of the chosen model. validation : on films that were held out. doubts : sentences.
     """
 
@@ -138,7 +146,7 @@ class IdentifiedMotion:
                 {
                     "terms": list(fit.terms),
                     "size": fit.size,
-                    "bic": fit.bic,
+                    "sureness": fit.sureness,
                     "residual_rad": fit.left.residual,
                     "misfit_rad": fit.left.misfit,
                     "explained": fit.explained,
@@ -182,43 +190,53 @@ def identify_films(
     terms: Sequence[MotionTerm] = DEFAULT_MOTION_TERMS,
     held_out: Sequence[Film] = (),
 ) -> IdentifiedMotion:
-    """Fit terms of a scene to films: from the scene as it is, terms are added as long as the criterion falls.
+    """Fit terms of a scene to films, and choose the model with the fewest that suffice.
 
-    Springs come first, as one; then the term that lowers the criterion most, one after the other. The model with all
-    terms is tried in any case. Values of terms that are not fitted are those of the scene.
+    Models are tried from the scene as it is on: springs come first, as one; then the term that lowers the squares most,
+    one after the other. A model suffices unless that with all terms fits better, significantly (F test, 99 %), as laws
+    of springs do. Values of terms that are not fitted are those of the scene.
     """
-    terms = _checked(setup, films, terms)
-    fits: dict[tuple[MotionTerm, ...], tuple[FittedFilms, MotionFit]] = {}
-
-    def fit(wanted: tuple[MotionTerm, ...], simpler: tuple[MotionTerm, ...] | None) -> float:
-        if wanted not in fits:
-            starts = [] if simpler is None else [fits[simpler][0]]
-            solved = fit_films(linkage, motion_parameters(linkage, setup, wanted), films, starts)
-            fits[wanted] = solved, _described(linkage, wanted, films, solved)
-            step_of_thread().advance(1)
-        return fits[wanted][1].bic
-
-    fit((), None)
-    current: tuple[MotionTerm, ...] = ()
-    while wider := _wider(current, terms):
-        criteria = [fit(one, current) for one in wider]
-        best = wider[criteria.index(min(criteria))]
-        if fits[best][1].bic >= fits[current][1].bic:
-            break
-        current = best
-    whole = _in_order(terms)
-    fit(whole, current)
-    tried = [described for _, described in fits.values()]
-    chosen = min([one for one in tried if one.explained] or tried, key=lambda one: one.bic)
-    solved = fits[chosen.terms][0]
+    terms = _checked(linkage, setup, films, terms)
+    fits = _all_fits(linkage, setup, films, terms)
+    whole = fits[terms]
+    tried = tuple(_described(linkage, wanted, films, solved, whole) for wanted, solved in fits.items())
+    chosen = min((one for one in tried if one.sufficient), key=lambda one: (one.size, one.left.residual))
+    solved = fits[chosen.terms]
     estimates = estimates_of(FilmProblem(linkage, solved.parameters, films), solved)
     validation = tuple(_held_out(linkage, chosen.setup, film) for film in held_out)
     doubts = tuple(_doubts(linkage, films, solved, estimates))
     names = tuple(film.name for film in films)
-    return IdentifiedMotion(name, linkage, names, tuple(tried), chosen, estimates, validation, doubts)
+    return IdentifiedMotion(name, linkage, names, tried, chosen, estimates, validation, doubts)
 
 
-def _checked(setup: Setup, films: Sequence[Film], terms: Sequence[MotionTerm]) -> tuple[MotionTerm, ...]:
+def _all_fits(
+    linkage: Linkage, setup: Setup, films: Sequence[Film], terms: tuple[MotionTerm, ...]
+) -> dict[tuple[MotionTerm, ...], FittedFilms]:
+    """Fit models from the scene as it is to that with all terms, and those with one term less, by their terms."""
+    fits: dict[tuple[MotionTerm, ...], FittedFilms] = {}
+
+    def fit(wanted: tuple[MotionTerm, ...], start: tuple[MotionTerm, ...] | None) -> float:
+        if wanted not in fits:
+            starts = [] if start is None else [fits[start]]
+            fits[wanted] = fit_films(linkage, motion_parameters(linkage, setup, wanted), films, starts)
+            step_of_thread().advance(1)
+        return fits[wanted].squares
+
+    fit((), None)
+    current: tuple[MotionTerm, ...] = ()
+    while wider := _wider(current, terms):
+        squares = [fit(one, current) for one in wider]
+        current = wider[squares.index(min(squares))]
+    for term in terms:
+        if term not in STIFFNESS_TERMS:
+            fit(tuple(other for other in terms if other != term), terms)
+    return fits
+
+
+def _checked(
+    linkage: Linkage, setup: Setup, films: Sequence[Film], terms: Sequence[MotionTerm]
+) -> tuple[MotionTerm, ...]:
+    """Return the terms in order; HcsearchError for those that cannot be fitted."""
     if not films:
         raise HcsearchError("there is no film to fit: give one or more files of angles")
     if not terms:
@@ -227,6 +245,7 @@ def _checked(setup: Setup, films: Sequence[Film], terms: Sequence[MotionTerm]) -
         raise HcsearchError(
             "friction is fitted as one of all hinges, and the scene gives some their own: leave out either"
         )
+    motion_parameters(linkage, setup, terms)  # raises for springs that cannot be fitted before the work begins
     return _in_order(terms)
 
 
@@ -250,14 +269,18 @@ def _wider(current: tuple[MotionTerm, ...], terms: Sequence[MotionTerm]) -> list
 
 
 def _described(
-    linkage: Linkage, terms: tuple[MotionTerm, ...], films: Sequence[Film], solved: FittedFilms
+    linkage: Linkage, terms: tuple[MotionTerm, ...], films: Sequence[Film], solved: FittedFilms, whole: FittedFilms
 ) -> MotionFit:
-    count = len(solved.residuals)
     setup = solved.parameters.setup_at(solved.x)
+    excess, unknowns = max(0.0, solved.squares - whole.squares), whole.size - solved.size
+    sureness = 0.0
+    if unknowns > 0 and excess > 0.0:
+        ratio = excess / unknowns / (whole.squares / whole.freedom) if whole.squares > 0.0 else math.inf
+        sureness = float(f_distribution.cdf(ratio, unknowns, whole.freedom))
     return MotionFit(
         terms=terms,
         size=solved.size,
-        bic=count * math.log(max(solved.squares, 1e-300) / count) + solved.size * math.log(count),
+        sureness=sureness,
         releases=tuple(solved.releases.tolist()),
         left=left_over(films, solved.residuals, solved.freedom),
         setup=setup,
@@ -277,6 +300,8 @@ def _doubts(
     untold = [estimate.name for estimate in estimates if not estimate.told]
     if untold:
         yield f"the films do not tell {', '.join(untold)}: leave them out of --fit, or film what moves them apart"
+    if any(estimate.name.startswith("gravity") and not estimate.told for estimate in estimates):
+        yield "the intervals of the other parameters hold for this direction of gravity: give it in the scene"
     course = FilmProblem(linkage, solved.parameters, films).course(solved.x, solved.releases)
     clearance = deployment_of_motion(course.compiled, course.motion).clearance
     if clearance is not None and clearance.kind == "collides" and clearance.panels is not None:

@@ -9,12 +9,13 @@ from itertools import product
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.stats import f as f_distribution
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.identification.film_course import Course, course_of
 from hcsearch.springs.identification.films import Film
-from hcsearch.springs.identification.motion_parameters import MotionParameters, Parameter, tilts_of
+from hcsearch.springs.identification.motion_parameters import MotionParameters, Parameter, nearest_axis, tilts_of
 
 STEP = 1e-4
 """Step of a coordinate for derivatives by differences."""
@@ -27,9 +28,14 @@ STARTS = 2
 RELEASE_TRIALS, SCAN_FRAMES, SCAN_TOLERANCE = 60, 30, 1e-5
 """Release times that are tried for a film as starts, frames of it that they are compared with, and the error of a step
 of the motion in this."""
-MAX_EVALUATIONS = 60
+ROUGH_EVALUATIONS, MAX_EVALUATIONS = 8, 60
+"""Simulations, besides those for derivatives, from each start, and from the best of the points that these reach."""
+ZERO_AMOUNT = 1e-5
+"""Coordinate up to which an amount is 0: the least squares come near their bounds, and never reach them."""
 TILT_STARTS = ((0.0, 0.0), (1.57, 0.0), (-1.57, 0.0), (0.0, 1.57), (0.0, -1.57), (2.8, 0.0))
 """Tilts of gravity (rad) that are tried as starts: towards all axes."""
+RIVAL_ANGLE = 0.02
+"""Angle (rad) between gravities from which on two minima are told apart."""
 FIRST_AMOUNT = 0.1
 """Coordinate at which an amount begins that a simpler fit has left at 0."""
 MAX_FACTOR = math.log(1e3)
@@ -43,6 +49,7 @@ class FittedFilms(ByValue):
     x : (n_parameters,), coordinates. releases : (n_films,), time of the release on the clock of each film, s.
     residuals : (n_angles,), model minus film, rad, film by film, frame by frame. slopes : (n_angles, n_parameters +
     n_films), their derivatives by coordinates and releases.
+    rivals : coordinates of other minima, with gravity in another direction, that fit as well (95 %).
     """
 
     parameters: MotionParameters
@@ -50,6 +57,7 @@ class FittedFilms(ByValue):
     releases: Reals
     residuals: Reals
     slopes: Reals
+    rivals: tuple[Reals, ...] = ()
 
     @property
     def squares(self) -> float:
@@ -172,14 +180,19 @@ class FilmProblem:
             jac=lambda part: self.slopes(whole(part))[:, free],
             bounds=(lower[free], upper[free]),
             x_scale="jac",
-            ftol=1e-10,
-            xtol=1e-8,
+            ftol=1e-8,
+            xtol=1e-7,
             max_nfev=evaluations,
         )
-        z = whole(least.x)
-        slopes = np.zeros((len(least.fun), len(start)))
+        z, residuals = whole(least.x), np.asarray(least.fun)
+        slopes = np.zeros((len(residuals), len(start)))
         slopes[:, free] = least.jac
-        return FittedFilms(self.parameters, z[: self.count], z[self.count :], np.asarray(least.fun), slopes)
+        nearly = np.isfinite(np.concatenate([self.parameters.lower, releases * math.nan])) & (z < ZERO_AMOUNT)
+        nearly[factors] = False
+        if nearly.any():
+            z[nearly] = 0.0
+            residuals = self.residuals(z)
+        return FittedFilms(self.parameters, z[: self.count], z[self.count :], residuals, slopes)
 
 
 def fit_films(
@@ -194,13 +207,25 @@ def fit_films(
     scanned = {parameter.name for parameter in parameters.parameters if _is_scanned(parameter)}
     if not starts or scanned - {parameter.name for fit in simpler for parameter in fit.parameters.parameters}:
         starts += _scanned(problem)
-    best: FittedFilms | None = None
-    for x, releases in starts:
-        fit = problem.solve(x, releases)
-        if best is None or fit.squares < best.squares:
-            best = fit
-    assert best is not None
+    if any(parameter.kind == "tilt" for parameter in parameters.parameters):
+        minima = [problem.solve(x, releases) for x, releases in starts]
+        best = min(minima, key=lambda fit: fit.squares)
+        best = replace(best, rivals=tuple(fit.x for fit in minima if _rivals(fit, best)))
+    else:
+        if len(starts) > 1:
+            rough = [problem.solve(x, releases, evaluations=ROUGH_EVALUATIONS) for x, releases in starts]
+            least = min(rough, key=lambda fit: fit.squares)
+            starts = [(least.x, least.releases)]
+        best = problem.solve(*starts[0])
     return _about_nearest_axis(problem, best)
+
+
+def _rivals(fit: FittedFilms, best: FittedFilms) -> bool:
+    """Return whether a minimum has gravity in another direction than the best, and squares within its 95 % region."""
+    gravity, other = (np.array(one.parameters.setup_at(one.x).gravity) for one in (best, fit))
+    apart = math.acos(min(1.0, max(-1.0, float(gravity @ other / np.sqrt(gravity @ gravity * (other @ other))))))
+    allowed = best.squares * (1.0 + best.size * float(f_distribution.ppf(0.95, best.size, best.freedom)) / best.freedom)
+    return apart > RIVAL_ANGLE and fit.squares <= allowed
 
 
 def _is_scanned(parameter: Parameter) -> bool:
@@ -244,10 +269,8 @@ def _extended(problem: FilmProblem, fit: FittedFilms) -> list[tuple[Reals, Reals
     for direction in TILT_STARTS:
         at = x.copy()
         at[tilts] = direction
-        squares = float((problem.residuals(np.concatenate([at, fit.releases])) ** 2).sum())
-        starts.append((squares, at))
-    starts.sort(key=lambda start: start[0])
-    return [(at, fit.releases) for _, at in starts[: STARTS + 1]]
+        starts.append((at, fit.releases))
+    return starts
 
 
 def _about_nearest_axis(problem: FilmProblem, fit: FittedFilms) -> FittedFilms:
@@ -255,9 +278,15 @@ def _about_nearest_axis(problem: FilmProblem, fit: FittedFilms) -> FittedFilms:
     tilts = [k for k, parameter in enumerate(fit.parameters.parameters) if parameter.kind == "tilt"]
     if not tilts:
         return fit
-    axis, angles = tilts_of(fit.parameters.setup_at(fit.x).gravity)
-    x = fit.x.copy()
-    x[tilts] = angles
+    setup_at = fit.parameters.setup_at
+    axis = nearest_axis(setup_at(fit.x).gravity)
+
+    def moved(x: Reals) -> Reals:
+        about = x.copy()
+        about[tilts] = tilts_of(setup_at(x).gravity, axis)
+        return about
+
+    x, rivals = moved(fit.x), tuple(moved(rival) for rival in fit.rivals)
     problem.parameters = fit.parameters.about_axis(axis)
     slopes = problem.slopes(np.concatenate([x, fit.releases]))
-    return replace(fit, parameters=problem.parameters, x=x, slopes=slopes)
+    return replace(fit, parameters=problem.parameters, x=x, slopes=slopes, rivals=rivals)

@@ -17,8 +17,8 @@ SINGULAR_SHARE = 1e-10
 """Eigenvalue of the information matrix, scaled to a diagonal of 1, up to which a combination is not told."""
 UNTOLD_PART = 0.1
 """Part that a parameter has in such a combination, from which on it is not told, either."""
-MAX_TOLD_ERROR = 1.0
-"""Greatest standard error of a coordinate of a told parameter: a factor e of a spring, a radian of a tilt."""
+MAX_TOLD_ERRORS = {"factor": 1.0, "tilt": 0.3}
+"""Greatest standard error of a coordinate of a told parameter: a factor e of a spring, 17 degrees of a tilt."""
 MAX_AMOUNT = 1e4
 """Coordinate up to which the upper end of an amount is searched."""
 PROFILE_STEPS = 12
@@ -49,17 +49,21 @@ def estimates_of(problem: FilmProblem, fit: FittedFilms) -> tuple[MotionEstimate
 
     Intervals follow from the covariance at the optimum, of a factor on a logarithmic scale. Where that of an amount
     would reach below 0, the ends are found by profile likelihood: the squares grow by as much, with all else fitted.
+    Where gravity in other directions fits as well, intervals reach over all these minima.
     """
     errors, told = coordinate_errors(fit)
     half = float(t_distribution.ppf(0.5 + ESTIMATE_CONFIDENCE / 2.0, fit.freedom))
     estimates = []
     for k, parameter in enumerate(fit.parameters.parameters):
         x, error = float(fit.x[k]), float(errors[k])
-        ends: tuple[float, float] | None = (x - half * error, x + half * error) if told[k] else None
+        minima = [x, *(float(rival[k]) for rival in fit.rivals)]
+        ends: tuple[float, float] | None = None
+        if told[k]:
+            ends = min(minima) - half * error, max(minima) + half * error
         if parameter.kind == "amount" and (ends is None or ends[0] < 0.0):
             ends = _profile_ends(problem, fit, k, half)
-        elif error > MAX_TOLD_ERROR and parameter.kind != "amount":
-            ends = None
+        elif ends is not None and parameter.kind != "amount":
+            ends = ends if ends[1] - ends[0] <= 2.0 * half * MAX_TOLD_ERRORS[parameter.kind] else None
         estimates.append(_estimate(parameter, x, error, ends))
     return tuple(estimates)
 

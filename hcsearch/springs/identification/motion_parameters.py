@@ -124,15 +124,19 @@ def tilted(magnitude: float, axis: int, tilts: Sequence[float]) -> SceneVector:
     return (x, y, z)
 
 
-def tilts_of(gravity: SceneVector) -> tuple[int, tuple[float, float]]:
-    """Return the axis nearest to gravity, and the tilts from it (rad); the inverse of `tilted`."""
+def nearest_axis(gravity: SceneVector) -> int:
+    """Return the number in `AXES` of the axis that is nearest to gravity."""
+    return int((_VECTORS @ np.array(gravity)).argmax())
+
+
+def tilts_of(gravity: SceneVector, axis: int) -> tuple[float, float]:
+    """Return the tilts of gravity from an axis (rad); the inverse of `tilted`."""
     direction = np.array(gravity) / math.hypot(*gravity)
-    axis = int((_VECTORS @ direction).argmax())
     first, second = (float(direction @ part) for part in _across(axis))
     across = math.hypot(first, second)
     angle = math.atan2(across, float(direction @ _VECTORS[axis]))
     share = angle / across if across else 1.0
-    return axis, (share * first, share * second)
+    return share * first, share * second
 
 
 def _across(axis: int) -> tuple[Reals, Reals]:
