@@ -53,8 +53,8 @@ def tables(results: ExperimentResults) -> list[Table]:
             "experiment-film",
             "What would make panels 0 and 7 meet first at 0.30 s, as in the film",
             "Searches within bounds: `measured` are those of the thesis's own measurements, of air and of light "
-            "friction; `plausible` are up to twice the measured damping. Parameters that are not varied have the values of the "
-            "thesis, gravity that of the scene `thesis`.",
+            "friction; `plausible` are up to twice the measured damping. Parameters that are not varied have the "
+            "values of the thesis, gravity that of the scene `thesis`.",
             results.filmed,
         ),
     ]

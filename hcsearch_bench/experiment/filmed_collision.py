@@ -31,7 +31,7 @@ FRAME_TOLERANCE = 0.005
 SIMULATED = 0.45
 """Time that is simulated, s."""
 GRAVITY = 9.81
-SCANNED, REFINED, QUICK_SCANNED = 512, 4, 16
+SCANNED, REFINED, QUICK_SCANNED = 256, 4, 16
 """Points of the scan, the best of these that are refined, and points of the quick bench."""
 NOT_MET = 1.0
 """Distance (s) from the film of a motion in which other panels meet first, or none do."""
@@ -111,8 +111,14 @@ class _Search:
         """Return the scene at a point."""
         values = self.values(point)
         x, y, z = (GRAVITY * part for part in self.gravity(point))
-        stiffness = values.pop("stiffness")
-        return Scene(spring=f"linear:{stiffness:.6g}", gravity=(x, y, z), seconds=SIMULATED, **values)
+        return Scene(
+            spring=f"linear:{values['stiffness']:.6g}",
+            damping=values["damping"],
+            friction=values["friction"],
+            drag=values["drag"],
+            gravity=(x, y, z),
+            seconds=SIMULATED,
+        )
 
 
 @cache
