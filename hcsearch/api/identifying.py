@@ -15,9 +15,9 @@ from hcsearch.cases.databases import Place
 from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.identification.films import read_film
 from hcsearch.springs.identification.identified_motion import DEFAULT_MOTION_TERMS, IdentifiedMotion, identify_films
 from hcsearch.springs.identification.law_fitting import IdentifiedSpring, fit_spring
+from hcsearch.springs.identification.measured_films import read_film
 from hcsearch.springs.identification.measurements import read_accelerations, read_measured_moments
 from hcsearch.springs.identification.vibration import (
     FreeVibration,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hcsearch.basics.errors import printable
-from hcsearch.cli.identify_motion import motion
+from hcsearch.cli.identify_motion import motion_of_films
 from hcsearch.cli.options import FiniteNumber, examples_epilog
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def identify() -> None:
     """
 
 
-identify.add_command(motion)
+identify.add_command(motion_of_films)
 
 
 @identify.command(epilog=examples_epilog("hcsearch identify spring moments.csv"))

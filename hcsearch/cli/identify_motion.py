@@ -34,10 +34,11 @@ class MotionTerms(click.ParamType):  # type: ignore[type-arg]  # generic in the 
 
 
 @click.command(
+    "motion",
     epilog=examples_epilog(
         "hcsearch identify motion film.csv hex:0234550132:4",
         "hcsearch identify motion one.csv two.csv thesis-4x4 --scene thesis --fit stiffness,drag --held-out three.csv",
-    )
+    ),
 )
 @click.argument("files", metavar="ANGLES.csv...", nargs=-1, required=True)
 @film_options
@@ -58,7 +59,7 @@ class MotionTerms(click.ParamType):  # type: ignore[type-arg]  # generic in the 
 )
 @click.option("--rate", type=FiniteNumber(), metavar="HZ", help="The rate of the frames; it takes the place of time_s.")
 @json_option
-def motion(files: tuple[str, ...], name: str, as_json: bool, **options: Any) -> None:
+def motion_of_films(files: tuple[str, ...], name: str, as_json: bool, **options: Any) -> None:
     """Fit springs, damping and other values of a scene to films of a deployment.
 
     A film is a table of fold angles: a column time_s, and a column for each measured hinge, named by its number in

@@ -16,9 +16,9 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import MotionTerm, Way
 from hcsearch.cases.case import Case
 from hcsearch.cases.resolve import resolve
-from hcsearch.springs.identification.film_course import Course, course_of
-from hcsearch.springs.identification.films import Film
+from hcsearch.springs.identification.film_course import FilmedCourse, course_of
 from hcsearch.springs.identification.identified_motion import IdentifiedMotion, identify_films
+from hcsearch.springs.identification.measured_films import Film
 from hcsearch.springs.identification.motion_parameters import AXES, tilts_of
 from hcsearch_bench.run.bench import Say
 
@@ -50,7 +50,7 @@ class FilmCase:
         return resolve(self.design, None, panel=self.panel, flat_pairs=self.flat_pairs, values={**self.scene, **values})
 
     @cached_property
-    def course(self) -> Course:
+    def course(self) -> FilmedCourse:
         """The motion that the films show."""
         true = self.case(self.planted)
         end = float(course_of(true.linkage, true.setup, LONGEST).motion.times[-1])

@@ -58,6 +58,10 @@ COMMANDS = {
         {"--output": FILES, "--format": ["bom", "x"], "--kerf": NUMBERS},
     ),
     ("identify", "spring"): (FILES, {}),
+    ("identify", "motion", "none.csv"): (
+        DESIGNS,
+        {"--fit": TEXTS, "--rate": NUMBERS, "--held-out": FILES, "--gravity": TEXTS},
+    ),
     ("identify", "damping", "--inertia", "1"): (
         FILES,
         {"--inertia": NUMBERS, "--hinges": WHOLE, "--rate": NUMBERS, "--from": NUMBERS},

@@ -20,7 +20,7 @@ from hcsearch.scenes.scene_file import scene_in
 from hcsearch.scenes.setup import setup_of_scene
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.identification.film_course import course_of, film_noise
-from hcsearch.springs.identification.films import Film, read_film
+from hcsearch.springs.identification.measured_films import Film, read_film
 from hcsearch.springs.identification.motion_adequacy import left_over
 from hcsearch.springs.identification.motion_fitting import FilmProblem, FittedFilms, fit_films
 from hcsearch.springs.identification.motion_intervals import coordinate_errors, estimates_of

@@ -13,7 +13,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, REST_ANGLE_TOLERANCE
 from hcsearch.springs.dynamics.time_integration import Motion, simulate_system
-from hcsearch.springs.identification.films import Film
+from hcsearch.springs.identification.measured_films import Film
 
 COURSE_TOLERANCE = 1e-8
 """Error of a step of a fitted motion: its derivatives by differences need more digits than a film has."""
@@ -24,7 +24,7 @@ MEDIAN_TO_DEVIATION = 1.4826
 
 
 @dataclass(frozen=True, eq=False)
-class Course(ByValue):
+class FilmedCourse(ByValue):
     """A simulated deployment, from its release at time 0."""
 
     compiled: CompiledScene
@@ -48,7 +48,7 @@ class Course(ByValue):
         return angles
 
 
-def course_of(linkage: Linkage, setup: Setup, seconds: float, tolerance: float = COURSE_TOLERANCE) -> Course:
+def course_of(linkage: Linkage, setup: Setup, seconds: float, tolerance: float = COURSE_TOLERANCE) -> FilmedCourse:
     """Simulate the deployment of a linkage in a setup for some time, s."""
     compiled = compile_scene(linkage, replace(setup, seconds=seconds))
     motion = simulate_system(
@@ -61,7 +61,7 @@ def course_of(linkage: Linkage, setup: Setup, seconds: float, tolerance: float =
         watched=compiled.hinged,
         rest=REST_ANGLE_TOLERANCE,
     )
-    return Course(compiled, motion)
+    return FilmedCourse(compiled, motion)
 
 
 def film_noise(films: Sequence[Film]) -> tuple[float, int]:

@@ -17,8 +17,8 @@ from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.outcomes import collision_sentence
 from hcsearch.springs.deployment.simulated_deployment import deployment_of_motion
-from hcsearch.springs.identification.films import Film
 from hcsearch.springs.identification.law_fitting import LAW_REFUSAL_CONFIDENCE
+from hcsearch.springs.identification.measured_films import Film
 from hcsearch.springs.identification.motion_adequacy import LeftOver, left_over
 from hcsearch.springs.identification.motion_fitting import FilmProblem, FittedFilms, fit_films
 from hcsearch.springs.identification.motion_intervals import MotionEstimate, estimates_of

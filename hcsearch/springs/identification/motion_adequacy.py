@@ -12,8 +12,8 @@ from scipy.stats import norm
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.springs.identification.film_course import film_noise
-from hcsearch.springs.identification.films import Film
 from hcsearch.springs.identification.law_fitting import LAW_REFUSAL_CONFIDENCE
+from hcsearch.springs.identification.measured_films import Film
 
 FILM_MISFIT_ANGLE = math.radians(0.5)
 """Systematic error of a model that a film cannot show, rms, rad: that of lenses, marks and panels that bend."""

@@ -13,8 +13,8 @@ from scipy.stats import f as f_distribution
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.identification.film_course import Course, course_of
-from hcsearch.springs.identification.films import Film
+from hcsearch.springs.identification.film_course import FilmedCourse, course_of
+from hcsearch.springs.identification.measured_films import Film
 from hcsearch.springs.identification.motion_parameters import MotionParameters, Parameter, nearest_axis, tilts_of
 
 STEP = 1e-4
@@ -82,19 +82,19 @@ class FilmProblem:
         self.linkage, self.parameters, self.films = linkage, parameters, tuple(films)
         self.known = [np.isfinite(film.angles) for film in films]
         self.span = max(float(film.times[-1] - film.times[0]) for film in films)
-        self._latest: tuple[bytes, Course] | None = None
+        self._latest: tuple[bytes, FilmedCourse] | None = None
 
     @property
     def count(self) -> int:
         """Number of parameters, without releases."""
         return len(self.parameters.parameters)
 
-    def course(self, x: Reals, releases: Reals) -> Course:
+    def course(self, x: Reals, releases: Reals) -> FilmedCourse:
         """Return the deployment at coordinates, simulated until the last frame."""
         ends = [float(film.times[-1]) - release for film, release in zip(self.films, releases, strict=True)]
         return self._simulated(x, max(*ends, 1e-3 * self.span))
 
-    def _simulated(self, x: Reals, seconds: float) -> Course:
+    def _simulated(self, x: Reals, seconds: float) -> FilmedCourse:
         """Simulate, unless the latest course at the same coordinates is long enough."""
         key = np.asarray(x, float).tobytes()
         if self._latest is not None and self._latest[0] == key and self._latest[1].compiled.seconds >= seconds:
@@ -103,7 +103,7 @@ class FilmProblem:
         self._latest = (key, course)
         return course
 
-    def of_course(self, course: Course, releases: Reals) -> Reals:
+    def of_course(self, course: FilmedCourse, releases: Reals) -> Reals:
         """Return the residuals of a course."""
         parts = [
             (course.at(film.times - release) - film.angles)[known]
@@ -133,7 +133,7 @@ class FilmProblem:
             columns.append((self.of_course(course, later) - at) / delay)
         return np.column_stack(columns)
 
-    def _apart(self, x: Reals, seconds: float) -> Course:
+    def _apart(self, x: Reals, seconds: float) -> FilmedCourse:
         return course_of(self.linkage, self.parameters.setup_at(x), seconds)
 
     def best_releases(self, x: Reals) -> tuple[Reals, float]:
