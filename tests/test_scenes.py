@@ -18,8 +18,9 @@ from hcsearch.scenes.hardware import hardware_of
 from hcsearch.scenes.looks import SceneVariant, first_variant, scene_variants, variant_parts
 from hcsearch.scenes.scene import check_scene_name
 from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_file_text, scene_in, scene_with
-from hcsearch.scenes.setup import setup_of_scene
+from hcsearch.scenes.setup import scene_of_setup, setup_of_scene
 from hcsearch.shape.labels import labels_of
+from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 
 DEFAULT = SCENES["default"]
@@ -125,7 +126,7 @@ scenes = st.builds(
     latch_stiffness=numbers,
     stop_tolerance=st.floats(0.0, 0.1),
     play=st.floats(0.0, 0.1),
-    hinges=st.sampled_from([(), (("0", (("friction", 0.02),)), ("7", (("play", 0.001), ("latch_stiffness", 50.0))))]),
+    hinges=st.sampled_from([(), (("0", (("friction", 0.02),)), ("7", (("play", 0.001), ("damping", 0.02))))]),
     thickness_tolerance=st.floats(0.0, 1e-3),
     offset_tolerance=st.floats(0.0, 1e-3),
     equipment=numbers,
@@ -163,8 +164,9 @@ def test_files_of_scenes_round_trip(scene):
         ({"colour": "red"}, "a scene has no 'colour'"),
         ({"friction": -0.01}, r"friction cannot be -0.01: give a number from 0 to 1e\+12"),
         ({"play": 0.2}, "play cannot be 0.2: give a number from 0 to 0.1"),
-        ({"hinges": {"0": {"density": 1.0}}}, "hinge 0 has no 'density': it has friction, harness, latch_stiffness"),
+        ({"hinges": {"0": {"density": 1.0}}}, "hinge 0 has no 'density': it has damping, friction, harness"),
         ({"hinges": {"0": {"play": 0.2}}}, "play cannot be 0.2"),
+        ({"hinges": {"0": {"damping": -1.0}}}, r"damping cannot be -1.0: give a number from 0 to 1e\+12"),
         ({"hinges": {"0": {}, "00": {}}}, "hinges names hinge 0 twice"),
         ({"hinges": 3}, "the values of each hinge"),
         ({"root": "top"}, "give held, free, or the number of a panel"),
@@ -219,6 +221,65 @@ def test_the_congruent_linkage_has_the_same_friction_at_the_same_hinges():
     congruent = setup.of_congruent(linkage)
     for hinge, image in enumerate(linkage.twin.hinges):
         assert congruent.resistance[image] == setup.resistance[hinge]
+
+
+DAMPERS = st.dictionaries(st.sampled_from([str(hinge) for hinge in range(10)]), st.sampled_from([0.0, 0.004, 0.02]))
+LINKAGES = [
+    Folding.from_notation(notation).linkage(default_panel("hex"))
+    for notation in ("hex:0234550132:4", "hex:0223344000:4")
+]
+
+
+def with_dampers(scene, dampers):
+    return replace(scene, hinges=tuple((hinge, (("damping", damping),)) for hinge, damping in dampers.items()))
+
+
+@given(DAMPERS, st.sampled_from([0.02, 0.0]), st.none() | st.just(0.007), st.sampled_from(LINKAGES))
+def test_a_hinge_has_its_own_damping_or_that_of_the_scene(dampers, time, damping, linkage):
+    labels = labels_of(linkage)
+    dampers = {hinge: value for hinge, value in dampers.items() if hinge in labels.hinges}
+    scene = replace(DEFAULT, damping_time=time, damping=damping, springs=((labels.hinges[2], "linear:0.3"),))
+    setup = setup_of_scene(with_dampers(scene, dampers), linkage)
+    for hinge, name in enumerate(labels.hinges):
+        stiffness = 0.3 if hinge == 2 else 0.1
+        plain = time * stiffness if damping is None else damping
+        assert setup.dampings[hinge] == pytest.approx(dampers.get(name, plain), rel=1e-14)
+    drives = compile_scene(linkage, setup, keep=frozenset({"half"})).system.drives
+    assert sorted(drive.damping for drive in drives) == sorted(setup.dampings)
+
+
+@given(DAMPERS, DAMPERS, st.none() | st.just(0.007), st.sampled_from(LINKAGES))
+def test_dampers_of_setups_are_written_back(dampers, others, damping, linkage):
+    labels = labels_of(linkage)
+    dampers, others = ({hinge: c for hinge, c in one.items() if hinge in labels.hinges} for one in (dampers, others))
+    scene = with_dampers(replace(DEFAULT, damping=damping), dampers)
+    setup = setup_of_scene(with_dampers(scene, others), linkage)
+    written = scene_of_setup(setup, scene, labels)
+    assert setup_of_scene(written, linkage).dampings == setup.dampings
+    assert scene_in(read_scene_text(scene_file_text({}, None, written), "a text")) == written
+
+
+def test_values_of_a_hinge_that_are_not_given_stay():
+    scene = replace(DEFAULT, hinges=(("0", (("friction", 0.02), ("damping", 0.01))), ("7", (("play", 0.001),))))
+    changed = scene_with(scene, {"hinges": {"0": {"damping": 0.03}, "3": {"damping": 0.0}}})
+    assert dict(dict(changed.hinges)["0"]) == {"friction": 0.02, "damping": 0.03}
+    assert dict(dict(changed.hinges)["3"]) == {"damping": 0.0}
+    assert dict(changed.hinges)["7"] == (("play", 0.001),)
+
+
+def test_the_congruent_linkage_has_the_same_dampers_at_the_same_hinges():
+    linkage = LINKAGES[1]
+    setup = setup_of_scene(with_dampers(DEFAULT, {"1": 0.02, "3": 0.0}), linkage)
+    congruent = setup.of_congruent(linkage)
+    for hinge, image in enumerate(linkage.twin.hinges):
+        assert congruent.dampings[image] == setup.dampings[hinge]
+
+
+def test_a_longer_time_is_simulated_with_stronger_dampers():
+    linkage = LINKAGES[0]
+    damped = setup_of_scene(with_dampers(DEFAULT, {"1": 0.043}), linkage)
+    assert damped.seconds == pytest.approx(setup_of_scene(replace(DEFAULT, damping=0.043), linkage).seconds)
+    assert setup_of_scene(with_dampers(DEFAULT, {"1": 0.001}), linkage).seconds == 1.0
 
 
 def test_equipment_adds_to_the_density():

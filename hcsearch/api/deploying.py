@@ -49,8 +49,8 @@ def deploy(
     db
         The database in which ids and scenes are looked up.
     **values
-        Other values of the scene by the names of a scene file, such as `gravity="0,0,-9.81"`, `held=3` and `springs={7:
-        "linear:0.2"}`. Panels and hinges have the numbers shown in pictures.
+        Other values of the scene by the names of a scene file, such as `gravity="0,0,-9.81"`, `held=3`, `springs={7:
+        "linear:0.2"}` and `hinges={7: {"damping": 0.01}}`. Panels and hinges have the numbers shown in pictures.
 
     Returns
     -------

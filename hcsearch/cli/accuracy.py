@@ -11,7 +11,7 @@ import click
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS
 from hcsearch.cli.cases import case_options, subject_options
-from hcsearch.cli.deploy import scene_value_options, values_of_springs
+from hcsearch.cli.deploy import scene_value_options, values_of_hinges
 from hcsearch.cli.options import FiniteNumber, examples_epilog, json_option
 from hcsearch.cli.progress import ProgressMeter
 from hcsearch.system.figures import check_picture
@@ -113,7 +113,7 @@ def accuracy(name: str, as_json: bool, **options: Any) -> None:
         check_output(options["output"], TABLE_SUFFIXES)
     if options["picture"]:
         check_picture(options["picture"])
-    arguments = case_options(options | values_of_springs(options))
+    arguments = case_options(options | values_of_hinges(options))
     arguments |= {"formulation": options["formulation"], "limit": options["limit"]}
     measured: MeasuredAccuracy | MeasuredStability
     if options["sweeps"] or options["stress"]:

@@ -58,6 +58,7 @@ _VALUES = (
     "spring",
     "springs",
     "damping",
+    "hinges",
     "start",
     "restitution",
     "spring_range",

@@ -18,7 +18,7 @@ from hcsearch.system.terminal import short_number
 
 
 def scene_value_options(command: Command) -> Command:
-    """Add `--spring`, `--springs`, `--damping`, `--start` and `--restitution`."""
+    """Add `--spring`, `--springs`, `--damping`, `--dampers`, `--start` and `--restitution`."""
     options = (
         click.option("--spring", metavar="LAW", help="The spring at every hinge, such as linear:0.1 (N m/rad)."),
         click.option(
@@ -33,6 +33,13 @@ def scene_value_options(command: Command) -> Command:
             type=float,
             metavar="C",
             help="The damping at every hinge, N m s/rad.  [default: 0.043 s x stiffness]",
+        ),
+        click.option(
+            "--dampers",
+            "own_dampers",
+            multiple=True,
+            metavar="HINGE=C",
+            help="The damping at one hinge, named by its crease, N m s/rad; may be repeated.",
         ),
         click.option(
             "--start",
@@ -96,7 +103,7 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
         check_output(options["output"], TABLE_SUFFIXES)
     if options["picture"]:
         check_picture(options["picture"])
-    case = resolve_named(name, options | values_of_springs(options))
+    case = resolve_named(name, options | values_of_hinges(options))
     if case.drive is not None and options["explain"]:
         raise HcsearchError("--explain does not apply to a scene with drives: leave it out")
     method, tolerance = options["method"], options["tolerance"]
@@ -121,20 +128,28 @@ def deploy(name: str, as_json: bool, **options: Any) -> None:
         click.get_current_context().exit(1)
 
 
-def values_of_springs(options: dict[str, Any]) -> dict[str, Any]:
-    """Return the springs of single hinges as values of a scene."""
+def values_of_hinges(options: dict[str, Any]) -> dict[str, Any]:
+    """Return the springs and dampers of single hinges as values of a scene."""
+    laws = _by_hinge(options["own_springs"], "--springs", "HINGE=LAW, such as 3=linear:0.2")
+    dampers = _by_hinge(options["own_dampers"], "--dampers", "HINGE=C, such as 3=0.01")
+    values: dict[str, Any] = {"springs": laws} if laws else {}
+    if dampers:
+        values["hinges"] = {hinge: {"damping": damping} for hinge, damping in dampers.items()}
+    return values
+
+
+def _by_hinge(texts: tuple[str, ...], option: str, example: str) -> dict[str, str]:
+    """Return what an option gives to single hinges."""
     from hcsearch.shape.labels import is_label
 
-    values: dict[str, Any] = {}
-    if options["own_springs"]:
-        pairs = [text.partition("=") for text in options["own_springs"]]
-        for hinge, equals, _ in pairs:
-            if not (equals and is_label(hinge)):
-                raise HcsearchError(f"cannot read --springs {hinge!r}: write HINGE=LAW, such as 3=linear:0.2")
-        values["springs"] = {hinge: law for hinge, _, law in pairs}
-        if len(values["springs"]) < len(pairs):
-            raise HcsearchError("--springs names a hinge twice: leave one out")
-    return values
+    pairs = [text.partition("=") for text in texts]
+    for hinge, equals, _ in pairs:
+        if not (equals and is_label(hinge)):
+            raise HcsearchError(f"cannot read {option} {hinge!r}: write {example}")
+    given = {hinge: value for hinge, _, value in pairs}
+    if len(given) < len(pairs):
+        raise HcsearchError(f"{option} names a hinge twice: leave one out")
+    return given
 
 
 def _print(outcome: dict[str, Any]) -> None:

@@ -45,6 +45,7 @@ from hcsearch.system.terminal import short_number
 )
 @click.option(
     "--hinges",
+    "driven_hinges",
     metavar="K,K,...",
     help="The driven hinges by their creases, at least as many as there are degrees of freedom.  [default: chosen by "
     "the program]",
@@ -124,8 +125,8 @@ def _drive_options(options: dict[str, Any]) -> Any:
     values = {name: options[name] for name in ("rate", "acceleration", "firm", "period") if options[name] is not None}
     if options["near"] is not None:
         values["near"] = _near(options["near"])
-    if options["hinges"] is not None:
-        values["hinges"] = tuple(options["hinges"].split(","))
+    if options["driven_hinges"] is not None:
+        values["hinges"] = tuple(options["driven_hinges"].split(","))
     return DriveOptions(**values)
 
 

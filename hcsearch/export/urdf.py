@@ -17,7 +17,7 @@ from hcsearch.export.print_formats import stl_of
 from hcsearch.export.scene_values import stated_values
 from hcsearch.scenes import Scene
 from hcsearch.scenes.hardware import hinge_values
-from hcsearch.scenes.values import HINGE_VALUES
+from hcsearch.scenes.values import HARDWARE_VALUES
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
@@ -82,7 +82,7 @@ def closure_json(tree: CutTree, scene: Scene, title: str) -> str:
     frames of a closure coincide without a relative rotation.
     """
     links = tree.links
-    hardware = {name: hinge_values(scene, tree.linkage, name) for name in HINGE_VALUES}
+    hardware = {name: hinge_values(scene, tree.linkage, name) for name in HARDWARE_VALUES}
     facts: dict[str, Any] = {
         "design": title,
         "base": links[0].name,

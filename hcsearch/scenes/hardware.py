@@ -51,14 +51,21 @@ class Hardware(ByValue):
 
 
 def hinge_values(scene: Scene, linkage: Linkage, name: str) -> Reals:
-    """Return a value of `values.HINGE_VALUES` at each hinge of a linkage, shape (n_hinges,).
+    """Return a value of `values.HARDWARE_VALUES` at each hinge of a linkage, shape (n_hinges,); errors as below."""
+    values = np.full(linkage.n_hinges, float(getattr(scene, name)))
+    for hinge, value in own_hinge_values(scene, linkage, name).items():
+        values[hinge] = value
+    return values
+
+
+def own_hinge_values(scene: Scene, linkage: Linkage, name: str) -> dict[int, float]:
+    """Return a value of `values.HINGE_VALUES` at the hinges of a linkage that have one of their own.
 
     HcsearchError where the scene names a hinge that the linkage does not have, or one hinge by two names with different
     values.
     """
-    values = np.full(linkage.n_hinges, float(getattr(scene, name)))
     if not scene.hinges:
-        return values
+        return {}
     labels = labels_of(linkage)
     given: dict[int, float] = {}
     for label, own in scene.hinges:
@@ -66,9 +73,7 @@ def hinge_values(scene: Scene, linkage: Linkage, name: str) -> Reals:
         value = dict(own).get(name)
         if value is not None and given.setdefault(hinge, value) != value:
             raise HcsearchError(f"hinge {labels.hinges[hinge]} is given two values of {name}: leave one out")
-    for hinge, value in given.items():
-        values[hinge] = value
-    return values
+    return given
 
 
 def hardware_of(scene: Scene, linkage: Linkage, held: int) -> Hardware:

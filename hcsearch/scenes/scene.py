@@ -94,8 +94,8 @@ class Scene:
     play
         The play of every hinge, to each side, rad.
     hinges
-        Values of single hinges that replace these five, by their numbers in pictures, such as `(("7", (("friction",
-        0.02), ("play", 0.001))),)`.
+        Values of single hinges that replace these five or the damping, by their numbers in pictures, such as `(("7",
+        (("damping", 0.01), ("friction", 0.02))),)`.
     thickness_tolerance
         The tolerance of the thickness of panels, to each side, m.
     offset_tolerance

@@ -41,7 +41,7 @@ def scene_named(name: str) -> Scene:
 def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
     """Return a scene with values changed, as given by a file, a command line or a call from Python.
 
-    Names of spring files are relative to the current directory.
+    Values of single hinges that are not given stay. Names of spring files are relative to the current directory.
     """
     names = {field.name for field in fields(Scene)} - {"name"}
     changes: dict[str, Any] = {}
@@ -49,6 +49,10 @@ def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
         if key not in names:
             raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(names))}")
         changes[key] = read_scene_value(key, value)
+    if "hinges" in changes:
+        before, given = dict(scene.hinges), dict(changes["hinges"])
+        merged = {hinge: dict(before.get(hinge, ())) | dict(given.get(hinge, ())) for hinge in before | given}
+        changes["hinges"] = tuple((hinge, tuple(own.items())) for hinge, own in merged.items())
     return replace(scene, **changes)
 
 

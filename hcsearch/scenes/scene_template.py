@@ -73,7 +73,7 @@ _OF_ONE_DESIGN = """\
 # [springs]
 # 7 = "linear:0.2"
 # [hinges]
-# 7 = { friction = 0.02, latch_stiffness = 80.0 }
+# 7 = { damping = 0.01, friction = 0.02, latch_stiffness = 80.0 }
 """
 _COMMENT_COLUMN = 34
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.collision.panel_prisms import REFERENCE_EDGE_LENGTH, margin_of, scale_of
-from hcsearch.scenes.hardware import hinge_values
+from hcsearch.scenes.hardware import hinge_values, own_hinge_values
 from hcsearch.scenes.laws import Law, law_named, linear_law
 from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, SCENES, Scene, SceneVector
 from hcsearch.shape.labels import Labels, labels_of
@@ -41,7 +42,8 @@ class Setup:
     name : of the scene, for messages. density : kg/m^3. margin : by how much panels are shrunk on every face when
     collisions are checked, m.
     laws : of all hinges. spring_range : softest and stiffest spring that is tried or tuned, N m/rad.
-    damping_time : s, and damping : N m s/rad; a hinge has the damping plus this time times its mean stiffness.
+    damping_time : s, and damping : N m s/rad, of all hinges; each has its damping plus its time times the mean
+    stiffness of its law.
     gravity : m/s^2. drag : density of the air times drag coefficient, kg/m^3. held : the fixed panel, or the one that
     belongs to the floating base, if the array is `free`. start : share of the folded angles at the start. seconds : the
     simulated time. resistance : of all hinges, friction and harness together, N m. The rest is as in `Scene`.
@@ -52,8 +54,8 @@ class Setup:
     margin: float
     laws: tuple[Law, ...]
     spring_range: tuple[float, float]
-    damping_time: float
-    damping: float
+    damping_time: tuple[float, ...]
+    damping: tuple[float, ...]
     gravity: SceneVector
     drag: float
     held: int
@@ -69,9 +71,14 @@ class Setup:
     cut_damping: float
     resistance: tuple[float, ...]
 
-    def damping_of(self, law: Law) -> float:
+    def damping_of(self, hinge: int, law: Law) -> float:
         """Return the damping of a hinge with a law, N m s/rad."""
-        return self.damping + self.damping_time * law.mean_stiffness
+        return self.damping[hinge] + self.damping_time[hinge] * law.mean_stiffness
+
+    @property
+    def dampings(self) -> tuple[float, ...]:
+        """The damping of all hinges with their laws, N m s/rad."""
+        return tuple(self.damping_of(hinge, law) for hinge, law in enumerate(self.laws))
 
     def of_congruent(self, linkage: Linkage) -> Setup:
         """Return the setup of the congruent linkage of a linkage, with its panels, hinges and directions."""
@@ -79,9 +86,10 @@ class Setup:
         if congruent is None:
             return self
         order = np.argsort(congruent.hinges).tolist()
-        laws, resistance = (tuple(values[hinge] for hinge in order) for values in (self.laws, self.resistance))
+        names = ("laws", "damping_time", "damping", "resistance")
+        of_hinges: dict[str, Any] = {name: tuple(getattr(self, name)[hinge] for hinge in order) for name in names}
         held, gravity = congruent.panels[self.held], _turned(linkage, self.gravity)
-        return replace(self, laws=laws, resistance=resistance, held=held, gravity=gravity)
+        return replace(self, held=held, gravity=gravity, **of_hinges)
 
 
 def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
@@ -97,14 +105,15 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
     labels = None if scene.held in ("bottom", "free") and not of_single else labels_of(linkage)
     # values derived from the panels are those of the congruent linkage, as sums in another order round differently
     standard = linkage if linkage.twin is None else linkage.twin.linkage
+    damping_time, damping = _dampers(scene, linkage)
     setup = Setup(
         name=scene.name,
         density=scene.density_of(standard.pattern.thickness),
         margin=float(f"{margin_of(standard):.10g}") if scene.margin is None else scene.margin,
         laws=_laws(scene, linkage, labels),
         spring_range=scene.spring_range or (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
-        damping_time=scene.damping_time if scene.damping is None else 0.0,
-        damping=scene.damping or 0.0,
+        damping_time=damping_time,
+        damping=damping,
         gravity=scene.gravity,
         drag=scene.drag,
         held=linkage.base if labels is None or scene.held in ("bottom", "free") else labels.panel(scene.held),
@@ -141,7 +150,9 @@ def _scales(setup: Setup, linkage: Linkage) -> tuple[float, float]:
     stiffness = float(np.mean([law.mean_stiffness for law in setup.laws])) if setup.laws else 0.0
     inertia, weight = mass * length**2, mass * length * math.hypot(*setup.gravity) / _STANDARD_GRAVITY
     springs = max(stiffness / _PLAIN_STIFFNESS, weight)
-    slowness = setup.damping / stiffness if setup.damping and stiffness else setup.damping_time
+    slowness = max(setup.damping_time, default=0.0)
+    if stiffness:
+        slowness = max(slowness, max(setup.damping) / stiffness)
     seconds = max(1.0, math.sqrt(inertia / springs) if springs else 1.0, slowness / _PLAIN.damping_time)
     return seconds, _short(springs or inertia)
 
@@ -150,7 +161,7 @@ def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
     """Convert a setup back to a scene with all values set.
 
     scene : the scene of the setup. labels : of the linkage. Springs of single hinges are listed unless all have the
-    scene's.
+    scene's, and dampers where they differ from those of the scene.
     """
     single_laws = any(law.text != law_named(scene.spring).text for law in setup.laws)
     laws = zip(labels.hinges, setup.laws, strict=True)
@@ -164,11 +175,30 @@ def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
         springs=tuple((hinge, law.text) for hinge, law in laws) if single_laws else (),
         spring_range=setup.spring_range,
         seconds=setup.seconds,
+        **_written_dampers(setup, scene, labels),
     )
 
 
+def _written_dampers(setup: Setup, scene: Scene, labels: Labels) -> dict[str, Any]:
+    """Return the values of a scene in which hinges have the dampers of a setup."""
+    of_hinges = list(zip(setup.damping_time, setup.damping, strict=True))
+    plain = _plain_damper(scene)
+    if len(set(of_hinges)) == 1 and of_hinges[0] != plain and 0.0 in of_hinges[0]:
+        plain = time, damping = of_hinges[0]
+        scene = replace(scene, damping_time=time, damping=None if time else damping)
+    own = {hinge: {name: value for name, value in given if name != "damping"} for hinge, given in scene.hinges}
+    for hinge, damper, damping in zip(labels.hinges, of_hinges, setup.dampings, strict=True):
+        if damper != plain:
+            own.setdefault(hinge, {})["damping"] = damping
+    hinges = tuple((hinge, tuple(given.items())) for hinge, given in own.items() if given)
+    return {"damping_time": scene.damping_time, "damping": scene.damping, "hinges": hinges}
+
+
 def with_stiffnesses(setup: Setup, stiffnesses: Sequence[float] | Reals) -> Setup:
-    """Return a setup with a linear spring at every hinge, N m/rad, in the order of hinges; 0: no spring or damper."""
+    """Return a setup with a linear spring at every hinge, N m/rad, in the order of hinges; 0: no spring.
+
+    Damping in proportion to springs changes with them.
+    """
     return replace(setup, laws=tuple(linear_law(float(stiffness)) for stiffness in stiffnesses))
 
 
@@ -182,6 +212,19 @@ def _laws(scene: Scene, linkage: Linkage, labels: Labels | None) -> tuple[Law, .
             raise HcsearchError(f"hinge {labels.hinges[hinge]} is given two springs: leave one out")
         laws[hinge] = law
     return tuple(law_named(scene.spring if law is None else law) for law in laws)
+
+
+def _plain_damper(scene: Scene) -> tuple[float, float]:
+    """Return the damping over stiffness (s) and the damping (N m s/rad) of hinges without dampers of their own."""
+    return (scene.damping_time, 0.0) if scene.damping is None else (0.0, scene.damping)
+
+
+def _dampers(scene: Scene, linkage: Linkage) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the damping over stiffness and the damping of all hinges."""
+    dampers = [_plain_damper(scene)] * linkage.n_hinges
+    for hinge, damping in own_hinge_values(scene, linkage, "damping").items():
+        dampers[hinge] = 0.0, damping
+    return tuple(time for time, _ in dampers), tuple(damping for _, damping in dampers)
 
 
 def _resistance(scene: Scene, linkage: Linkage) -> tuple[float, ...]:

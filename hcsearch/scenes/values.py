@@ -15,8 +15,10 @@ Reader = Callable[[str, Any], Any]
 
 MAX_SCENE_VALUE = 1e12
 """Greatest value of all numbers of a scene except shares."""
-HINGE_VALUES = ("friction", "harness", "latch_stiffness", "stop_tolerance", "play")
-"""Values of the hardware that single hinges may have of their own."""
+HARDWARE_VALUES = ("friction", "harness", "latch_stiffness", "stop_tolerance", "play")
+"""Values of the hardware of hinges."""
+HINGE_VALUES = ("damping", *HARDWARE_VALUES)
+"""Values that single hinges may have of their own."""
 _ABOVE, _SHARE = (1e-9, MAX_SCENE_VALUE), (0.0, 1.0)
 _SMALL_ANGLE, _SMALL_LENGTH = (0.0, 0.1), (0.0, 0.1 * MAX_PANEL_LENGTH)
 _LIMITS = {

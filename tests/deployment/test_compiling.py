@@ -12,6 +12,7 @@ from hcsearch.scenes.scene_file import scene_named
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.springs.deployment.spring_sets import tied_hinges
 from hcsearch.springs.dynamics.panels import panel_bodies
 from tests.linkages import linkage_named
 from tests.naive import rotation
@@ -103,7 +104,12 @@ def test_half_of_a_motion_without_inertia():
 
 @pytest.mark.parametrize(
     "changes",
-    [{"springs": ((1, "linear:0.2"),)}, {"gravity": (0.5, 0.3, 0.0)}, {"gravity": (0.3, 0.0, -9.81)}],
+    [
+        {"springs": ((1, "linear:0.2"),)},
+        {"hinges": ((1, (("damping", 0.02),)),)},
+        {"gravity": (0.5, 0.3, 0.0)},
+        {"gravity": (0.3, 0.0, -9.81)},
+    ],
 )
 def test_what_breaks_the_symmetry_keeps_both_halves(changes):
     compiled = compile_scene(linkage_named("thesis-4x4"), replace(DEFAULT, **changes))
@@ -111,6 +117,20 @@ def test_what_breaks_the_symmetry_keeps_both_halves(changes):
     assert max(normal) > 0.0
     assert compiled.factor == 1.0
     assert "half" not in {omission.name for omission in compiled.omissions}
+
+
+def test_equal_dampers_of_mirror_hinges_keep_the_symmetry():
+    linkage = linkage_named("square:01222300:3")
+    assert (1, 4) in tied_hinges(linkage, linkage.base)  # the pair that opens first
+    assert labels_of(linkage).hinges[1:5:3] == ("1", "5")
+    dampers = (("1", (("damping", 0.02),)), ("5", (("damping", 0.02),)))
+    scene = replace(DEFAULT, seconds=0.1, hinges=dampers)
+    half, full = motion("square:01222300:3", scene), motion("square:01222300:3", scene, {"half"})
+    assert (half.compiled.factor, full.compiled.factor) == (2.0, 1.0)
+    assert max(difference(half, full)) < 2 * TOLERANCE
+    plain = motion("square:01222300:3", replace(scene, hinges=()))
+    assert half.angles[-1][1] > plain.angles[-1][1] + 1.0
+    assert compile_scene(linkage, replace(scene, hinges=dampers[:1])).factor == 1.0
 
 
 def test_gravity_in_the_mirror_plane_keeps_the_symmetry():

@@ -181,7 +181,7 @@ def test_text_tells_which_hinges_came_to_their_stops():
 def test_explain_lists_what_was_left_out_with_numbers():
     text = call("thesis-4x4", "--seconds", "0.02", "--explain")
     after = text.partition("left out\n")[2]
-    assert "  half                  half of the array: 4 panels: pattern, springs, gravity and start" in after
+    assert "  half                  half of the array: 4 panels: pattern, springs, dampers, gravity and" in after
     assert re.search(
         r"joints 12 -> 7, closure equations 6 -> 3, evaluations \d+ -> \d+, milliseconds \S+ -> \S+ \(", after
     )
@@ -267,6 +267,18 @@ def test_a_file_says_what_the_command_line_says(top, inside, end):
     assert facts["energy_start_J"] != facts_of("square:012230:1", "--seconds", "0.02")["energy_start_J"]
 
 
+def test_dampers_of_single_hinges_come_from_the_file_and_the_command_line():
+    of_file = 'design = "square:012230:1"\n[scene]\nseconds = 0.02\n[hinges]\n3 = { damping = 0.02, friction = 1e-4 }\n'
+    name = write(of_file + "2 = { damping = 0.03 }\n")
+    facts = facts_of(name)
+    assert facts == facts_of(write(of_file), "--dampers", "2=0.03")
+    assert facts == facts_of(name, "--dampers", "2=0.03", "--dampers", "3=0.02")
+    assert facts["energy_damped_J"] != facts_of(name, "--dampers", "3=0")["energy_damped_J"]
+    every = [word for hinge in (0, 2, 3, 5) for word in ("--dampers", f"{hinge}=0.001")]
+    plain = ("square:012230:1", "--seconds", "0.02")
+    assert facts_of(*plain, *every) == facts_of(*plain, "--damping", "0.001")
+
+
 def test_the_command_line_goes_before_the_file():
     name = write('design = "hex:023350:1"\n[scene]\nname = "earth"\nseconds = 0.02\n')
     assert facts_of(name)["scene"] == "earth"
@@ -343,6 +355,10 @@ WRONG_WORDS = [
     (("--springs", "x=free"), "cannot read --springs 'x': write HINGE=LAW"),
     (("--springs", "+8=free"), "cannot read --springs '+8': write HINGE=LAW"),
     (("--springs", "99=free"), "there is no hinge 99: the hinges are 0, 2, 3, 5"),
+    (("--dampers", "3"), "cannot read --dampers '3': write HINGE=C, such as 3=0.01"),
+    (("--dampers", "3=stiff"), "damping cannot be 'stiff': give a number from 0 to 1e+12"),
+    (("--dampers", "99=0.1"), "there is no hinge 99: the hinges are 0, 2, 3, 5"),
+    (("--dampers", "3=0.1", "--dampers", "3=0.2"), "--dampers names a hinge twice: leave one out"),
     (("--damping", "nan"), "damping cannot be nan: give a number from 0 to 1e+12"),
     (("--damping", "-1"), "damping cannot be -1.0: give a number from 0 to 1e+12"),
     (("--damping", "1e300"), "damping cannot be 1e+300: give a number from 0 to 1e+12"),

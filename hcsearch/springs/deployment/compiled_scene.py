@@ -227,7 +227,7 @@ class _Compiler:
             return None
         images = list(mirror.hinges)
         laws = [(law.straight, law.bent, law.snap_up, law.snap_down) for law in self.laws]
-        hinges = list(zip(laws, self.setup.resistance, strict=True))
+        hinges = list(zip(laws, self.setup.dampings, self.setup.resistance, strict=True))
         springs_symmetric = all(hinges[k] == hinges[image] for k, image in enumerate(images))
         gravity_symmetric = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (
             1.0 + math.hypot(*self.setup.gravity)
@@ -238,7 +238,8 @@ class _Compiler:
         self._leave_out(
             "half",
             f"half of the array: {sum(mirror.beyond)} panels",
-            "pattern, springs, gravity and start are symmetric in a plane through the held panel, so the motion is",
+            "pattern, springs, dampers, gravity and start are symmetric in a plane through the held panel, "
+            "so the motion is",
         )
         return mirror
 
@@ -290,7 +291,7 @@ class _Compiler:
         law = self.laws[hinge]
         upper = math.inf if hinge in self.unreached else math.pi
         share_of_law = law if share == 1.0 else scaled_law(law, share)
-        damping, friction = self.setup.damping_of(law), self.setup.resistance[hinge]
+        damping, friction = self.setup.damping_of(hinge, law), self.setup.resistance[hinge]
         return JointDrive(share_of_law, share * damping, 0.0, upper, share * friction)
 
     def _unreached(self) -> set[int]:

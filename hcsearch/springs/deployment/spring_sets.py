@@ -48,16 +48,17 @@ def _stiffness(law: Law) -> float:
 def with_springs(compiled: CompiledScene, stiffnesses: Reals) -> CompiledScene:
     """Return a scene with linear springs, of stiffnesses (N m/rad) by joint, shape (n_joints,).
 
-    Damping stays proportional (thesis 4.4). The scene must have been compiled without omitting its stops.
+    Damping stays proportional (thesis 4.4), but for hinges with a damping of their own. The scene must have been
+    compiled without omitting its stops.
     """
     setup = compiled.setup
     drives = list(compiled.system.drives)
     laws = []
-    for joint in compiled.joint_of.tolist():
+    for hinge, joint in enumerate(compiled.joint_of.tolist()):
         law = linear_law(float(stiffnesses[joint]))
         share = float(compiled.shares[joint])
         share_law = law if share == 1.0 else linear_law(share * float(stiffnesses[joint]))
-        drives[joint] = replace(drives[joint], law=share_law, damping=share * setup.damping_of(law))
+        drives[joint] = replace(drives[joint], law=share_law, damping=share * setup.damping_of(hinge, law))
         laws.append(law)
     return replace(compiled, setup=replace(setup, laws=tuple(laws)), system=compiled.system.driven(tuple(drives)))
 

@@ -232,6 +232,9 @@ class Evaluator:
             del values[name]
         if not any(setup.resistance):  # as in the keys of databases from before there was friction
             del values["resistance"]
+        for name in ("damping_time", "damping"):  # nor dampers of single hinges
+            if len(set(values[name])) == 1:
+                values[name] = values[name][0]
         springs = stiffnesses_of(setup)
         values |= {"formulation": self.formulation, "tolerance": TUNING_STEP_TOLERANCES[self.formulation]}
         values |= {"margin": self.margin, "whole": past_collisions, "version": DEPLOYMENT_VERSION}

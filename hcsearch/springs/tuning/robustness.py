@@ -72,8 +72,8 @@ def sampled_setups(
         changed = replace(
             setup,
             density=setup.density * mass,
-            damping_time=setup.damping_time * damping,
-            damping=setup.damping * damping,
+            damping_time=tuple(time * damping for time in setup.damping_time),
+            damping=tuple(own * damping for own in setup.damping),
             start=float(start),
         )
         setups.append(with_stiffnesses(changed, springs))
