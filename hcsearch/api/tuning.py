@@ -19,14 +19,14 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene_file import scene_file_text
-from hcsearch.scenes.setup import scene_of_setup, with_stiffnesses
+from hcsearch.scenes.setup import scene_of_setup
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.flight.rules import read_rules
 from hcsearch.springs.flight.spring_choice import ChosenSprings, springs_that_pass
 from hcsearch.springs.tuning.evaluation import DatabaseMemory
 from hcsearch.springs.tuning.spring_search import TuningProgress, catalogue_levels
 from hcsearch.springs.tuning.spring_tuning import Tuning, tune_springs
-from hcsearch.springs.tuning.tuning_options import Spread, TuningOptions
+from hcsearch.springs.tuning.tuning_options import Spread, TuningOptions, damper_bounds
 from hcsearch.system.terminal import write_notice
 
 
@@ -43,6 +43,9 @@ def tune(
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
+    most_damping: float = TuningOptions.most_damping,
+    damper_range: Sequence[float] | None = None,
+    damper_catalogue: Sequence[float] = (),
     keep_in: Place | None = None,
     progress: TuningProgress | None = None,
     **values: Any,
@@ -65,6 +68,15 @@ def tune(
         The tolerances, a `hcsearch.springs.tuning.tuning_options.Spread`.
     seed
         The seed of the random numbers; equal arguments give equal springs.
+    most_damping
+        The greatest multiple of the scene's damping that is tried with its springs before other springs are searched, 1
+        to 10; 1 tries none.
+    damper_range
+        The least and the greatest damping of a hinge, N m s/rad, to search dampers together with springs; without it
+        dampers follow from springs and the scene.
+    damper_catalogue
+        The damping that a hinge has with each damper that can be bought, N m s/rad, besides a catalogue of springs;
+        each hinge gets none or one.
     keep_in
         A database that keeps every evaluation, so that the same call continues an interrupted search.
     progress
@@ -83,7 +95,16 @@ def tune(
     ['0', '1', '2', '4', '5', '6', '7', '9']
     """
     check_kinds(tune, locals())
-    options = TuningOptions(tuple(map(float, catalogue)), evaluations, samples, spread or Spread(), seed)
+    options = TuningOptions(
+        tuple(map(float, catalogue)),
+        evaluations,
+        samples,
+        spread or Spread(),
+        seed,
+        most_damping,
+        None if damper_range is None else damper_bounds(damper_range),
+        tuple(map(float, damper_catalogue)),
+    )
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
     write_notice(case.sentence)
     if case.drive is not None:
@@ -165,7 +186,7 @@ def tune_to_rules(
 
 def tuned_file_text(case: Case, tuning: Tuning) -> str:
     """Return the text of a file with a case and its tuned springs, for `deploy`, below a note on what to buy."""
-    setup = with_stiffnesses(tuning.setup, tuning.chosen.stiffnesses)
+    setup = tuning.chosen.setup_in(tuning.setup)
     scene = scene_of_setup(setup, case.joined_scene, tuning.labels)
     bought = "" if tuning.springs_to_buy is None else f"# buy: {tuning.purchase}\n"
     return bought + scene_file_text(case.facts, tuning.formulation, scene)

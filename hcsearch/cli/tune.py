@@ -9,9 +9,9 @@ import click
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.cases import case_options, resolve_named, subject_options
-from hcsearch.cli.options import examples_epilog, json_option, named_numbers
+from hcsearch.cli.options import FiniteNumber, examples_epilog, json_option, named_numbers
 from hcsearch.cli.progress import ProgressMeter
-from hcsearch.springs.tuning.tuning_options import SPREAD_NAMES, Spread, TuningOptions
+from hcsearch.springs.tuning.tuning_options import SPREAD_NAMES, Spread, TuningOptions, damper_bounds
 from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.terminal import short_number
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         "hcsearch tune thesis-4x4 --scene thesis --output springs.toml",
         "hcsearch deploy springs.toml",
         "hcsearch tune square:012233230011:4 --catalogue 0.07,0.10",
+        "hcsearch tune thesis-4x4 --catalogue 0.07,0.10 --damper-catalogue 0.005,0.01",
         "hcsearch tune hex:0234550132:4 --rule ecss --friction 0.001 --output flight.toml",
     ),
 )
@@ -37,6 +38,26 @@ if TYPE_CHECKING:
     "--catalogue",
     metavar="K,K",
     help="Stiffnesses that can be bought, N m/rad; each hinge gets none, one or two of these springs.",
+)
+@click.option(
+    "--most-damping",
+    type=FiniteNumber(min=1, max=10),
+    default=TuningOptions.most_damping,
+    show_default=True,
+    metavar="FACTOR",
+    help="The greatest multiple of the scene's damping that is tried with its springs, before others are; 1 tries "
+    "none.",
+)
+@click.option(
+    "--damper-range",
+    metavar="LEAST,MOST",
+    help="Search dampers together with springs, of this damping of a hinge, N m s/rad.  [default: those of the scene]",
+)
+@click.option(
+    "--damper-catalogue",
+    metavar="C,C",
+    help="With --catalogue: the damping of a hinge with each damper that can be bought, N m s/rad; each hinge gets "
+    "none or one.",
 )
 @click.option(
     "--rule",
@@ -90,7 +111,10 @@ if TYPE_CHECKING:
     "--output", metavar="FILE.toml", help="Write the scene with its springs to a file that hcsearch deploy reads."
 )
 def tune(name: str, as_json: bool, **options: Any) -> None:
-    """Choose springs that open a folding without a collision.
+    """Choose springs and dampers that open a folding without a collision.
+
+    The springs of the scene with up to 10 times its damping are tried first. Where these open it in all samples within
+    the tolerances, no other springs are searched.
 
     The search varies the stiffness of each hinge, with equal springs at mirror hinges and dampers in proportion (thesis
     4.4). In the scene default, stiffnesses are between 0.001 and 0.2 N m/rad. Of the sets with which the array becomes
@@ -110,6 +134,8 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
     if options["output"]:
         check_output(options["output"], (".toml",))
     catalogue, spread = _catalogue(options["catalogue"]), _spread(options["spreads"])
+    damper_range = _damper_range(options["damper_range"])
+    damper_catalogue = _catalogue(options["damper_catalogue"], "dampings in N m s/rad, such as 0.005,0.01")
     if options["rule"] is not None:
         _tune_to_rule(name, options, as_json=as_json)
         return
@@ -123,7 +149,9 @@ def tune(name: str, as_json: bool, **options: Any) -> None:
             catalogue=catalogue,
             spread=spread,
             progress=meter,
-            **{name: options[name] for name in ("formulation", "evaluations", "samples", "seed")},
+            damper_range=damper_range,
+            damper_catalogue=damper_catalogue,
+            **{name: options[name] for name in ("formulation", "evaluations", "samples", "seed", "most_damping")},
         )
     if options["output"]:
         if tuning.rounded is not None and not tuning.rounded.confirmed:
@@ -143,9 +171,9 @@ def _tune_to_rule(name: str, options: dict[str, Any], *, as_json: bool) -> None:
     """Choose springs that pass a rule; write and print them."""
     from hcsearch.api import tuning as tunings
 
-    if options["catalogue"] or options["spreads"] or options["formulation"]:
+    if any(options[name] for name in ("catalogue", "spreads", "formulation", "damper_range", "damper_catalogue")):
         raise HcsearchError(
-            "--rule chooses preloads or springs of --offer: leave out --catalogue, --spread and --formulation"
+            "--rule chooses preloads or springs of --offer: leave out --catalogue, --spread, --formulation and dampers"
         )
     given = {option: options[option] for option in ("measured", "offers")}
     ruled = tunings.tune_to_rules(name, rules=options["rule"], **given, **case_options(options))
@@ -167,13 +195,23 @@ def _tune_to_rule(name: str, options: dict[str, Any], *, as_json: bool) -> None:
         click.echo(f"{hinge!s:{wide}}{law}")
 
 
-def _catalogue(text: str | None) -> tuple[float, ...]:
+def _catalogue(text: str | None, example: str = "stiffnesses in N m/rad, such as 0.07,0.10") -> tuple[float, ...]:
     if text is None:
         return ()
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError as error:
-        raise HcsearchError(f"{text!r} is no catalogue: write stiffnesses in N m/rad, such as 0.07,0.10") from error
+        raise HcsearchError(f"{text!r} is no catalogue: write {example}") from error
+
+
+def _damper_range(text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise HcsearchError(f"{text!r} is no range of dampers: write N m s/rad, such as 0.001,0.02") from error
+    return damper_bounds(values)
 
 
 def _spread(texts: tuple[str, ...]) -> Spread:
@@ -195,16 +233,24 @@ def _print(tuning: Tuning, case: Case) -> None:
         click.echo(f"{'buy':24}{tuning.purchase}")
     click.echo(f"{'formulation':24}{tuning.formulation}")
     click.echo(f"{'springs, N m/rad':24}{low:g} to {high:g}")
-    click.echo(f"{'seconds':24}{short_number(tuning.setup.seconds, 6)}")
+    click.echo(f"{'seconds':24}{short_number(tuning.chosen.setup_in(tuning.setup).seconds, 6)}")
     click.echo(f"{'evaluations':24}{tuning.evaluations} sets of springs, {tuning.recalled} of them known before")
     click.echo(f"{'samples':24}{tuning.samples} simulations within the tolerances")
-    sets = [("start", tuning.start), ("tuned", tuning.best), ("catalogue", tuning.rounded)]
+    damped = None if tuning.damped is None else tuning.damped.springs
+    tuned = None if tuning.best is damped else tuning.best
+    sets = [("start", tuning.start), ("damped", damped), ("tuned", tuned), ("catalogue", tuning.rounded)]
     shown = [(name, spring_set) for name, spring_set in sets if spring_set is not None]
     for name, spring_set in shown:
-        click.echo(f"{name:24}{spring_set.sentence(labels)}")
+        factor = "" if tuning.damped is None or spring_set is not damped else f"{tuning.damped.factor:g} x damping: "
+        click.echo(f"{name:24}{factor}{spring_set.sentence(labels)}")
     pairs = [f"{labels.panels[joint.first]}, {labels.panels[joint.second]}" for joint in hinges]
     wide = [max(map(len, (*column, "panels"))) + 2 for column in (labels.hinges, pairs)]
-    click.echo(f"\n{'hinge':{wide[0]}}{'panels':{wide[1]}}" + "".join(f"{name:>12}" for name, _ in shown) + "  N m/rad")
-    for k, (hinge, panels) in enumerate(zip(labels.hinges, pairs, strict=True)):
-        values = "".join(f"{spring_set.stiffnesses[k]:12.4g}" for _, spring_set in shown)
-        click.echo(f"{hinge:{wide[0]}}{panels:{wide[1]}}{values}")
+    tables = {"N m/rad": [spring_set.stiffnesses for _, spring_set in shown]}
+    if damped is not None:
+        tables["N m s/rad"] = [spring_set.setup_in(tuning.setup).dampings for _, spring_set in shown]
+    heads = "".join(f"{name:>12}" for name, _ in shown)
+    for unit, columns in tables.items():
+        click.echo(f"\n{'hinge':{wide[0]}}{'panels':{wide[1]}}{heads}  {unit}")
+        for k, (hinge, panels) in enumerate(zip(labels.hinges, pairs, strict=True)):
+            values = "".join(f"{column[k]:12.4g}" for column in columns)
+            click.echo(f"{hinge:{wide[0]}}{panels:{wide[1]}}{values}")

@@ -202,6 +202,13 @@ def with_stiffnesses(setup: Setup, stiffnesses: Sequence[float] | Reals) -> Setu
     return replace(setup, laws=tuple(linear_law(float(stiffness)) for stiffness in stiffnesses))
 
 
+def with_dampings(setup: Setup, dampings: Sequence[float] | Reals) -> Setup:
+    """Return a setup with other dampings of hinges, N m s/rad, in the order of hinges; NaN keeps that of the setup."""
+    before = zip(setup.damping_time, setup.damping, dampings, strict=True)
+    dampers = [(time, own) if math.isnan(chosen) else (0.0, float(chosen)) for time, own, chosen in before]
+    return replace(setup, damping_time=tuple(d[0] for d in dampers), damping=tuple(d[1] for d in dampers))
+
+
 def _laws(scene: Scene, linkage: Linkage, labels: Labels | None) -> tuple[Law, ...]:
     """Parse the laws of all hinges; HcsearchError where two names of one hinge have different laws."""
     laws: list[str | None] = [None] * linkage.n_hinges

@@ -107,7 +107,7 @@ class Stopping(RunMemory):
 @pytest.mark.parametrize("scene", ["thesis", "default"])
 def test_the_array_of_the_thesis_comes_flat_certified_clear(scene):
     linkage = linkage_named("thesis-4x4")
-    tuned = tune_springs(linkage, SCENES[scene], TuningOptions(samples=4))
+    tuned = tune_springs(linkage, SCENES[scene], TuningOptions(samples=4, most_damping=1.0))
     assert tuned.start.check.clear is False
     assert tuned.formulation == "compliant"
     assert tuned.best.confirmed
@@ -159,9 +159,10 @@ TIED = ((0, 3), (1,), (2,))
 
 def searched(budget, seed=0, least=(0.02, 0.004, 0.15, 0.02)):
     bowl, notes = Bowl(least), []
-    search = SpringSearch(bowl, TIED, budget, seed, lambda *note: notes.append(note))
+    bounds = (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS)
+    search = SpringSearch(bowl, TIED, budget, seed, lambda *note: notes.append(note), bounds)
     start = np.full(4, 0.1)
-    search.run(start, first_generation(start, TIED, seed, (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS)))
+    search.run(start, first_generation(start, TIED, seed, bounds))
     return bowl, search, notes
 
 
@@ -169,7 +170,7 @@ def test_the_search_finds_the_way_into_a_bowl():
     bowl, search, notes = searched(600)
     assert bowl.asked[0] == (0.1,) * 4
     assert search.best.check.gap > 1.3e-3  # 1.35e-3 by cma before 4.5, which draws other points, and 1.5e-3 since
-    assert search.best.stiffnesses[0] == search.best.stiffnesses[3]
+    assert search.best.parts[0] == search.best.parts[3]
     assert [done for done, _, _ in notes] == sorted(done for done, _, _ in notes)
     assert notes[-1][2].startswith("flat, clear by")
 
@@ -185,7 +186,7 @@ def test_the_search_keeps_to_its_budget_and_to_its_seed():
 def test_candidates_are_the_best_and_differ():
     _, search, _ = searched(600)
     sets = search.candidates()
-    assert np.array_equal(sets[0], search.best.stiffnesses)
+    assert np.array_equal(sets[0], search.best.parts)
     for i, one in enumerate(sets):
         for other in sets[:i]:
             assert np.abs(np.log(one / other)).max() > DISTINCT_STIFFNESS_SHARE
@@ -203,15 +204,11 @@ def test_tied_groups_are_spread_out_to_four_digits():
 
 def test_exact_closure_gives_way_where_it_keeps_arrays_shut():
     linkage = linkage_named("thesis-4x4")
-    first = first_generation(
-        np.full(12, 0.1),
-        tied_hinges(linkage, setup_of_scene(DEFAULT, linkage).held),
-        0,
-        (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
-    )
-    chosen = spring_tuning._evaluator(linkage, setup_of_scene(DEFAULT, linkage), None, first[:3], None, 60)
+    tied = tied_hinges(linkage, setup_of_scene(DEFAULT, linkage).held)
+    first = first_generation(np.full(12, 0.1), tied, 0, (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS))
+    chosen = spring_tuning._evaluator(linkage, setup_of_scene(DEFAULT, linkage), None, first[:3], tied, None, 60)
     assert chosen.formulation == "compliant"
-    assert spring_tuning._evaluator(linkage, DEFAULT, "constrained", first, None, 60).formulation == "constrained"
+    assert spring_tuning._evaluator(linkage, DEFAULT, "constrained", first, tied, None, 60).formulation == "constrained"
 
 
 def test_checks_are_told_in_a_few_words():

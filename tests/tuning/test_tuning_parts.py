@@ -101,7 +101,7 @@ def test_catalogue_levels_are_none_one_or_two_springs():
 
 @given(st.lists(st.integers(0, 4), min_size=1, max_size=4).map(tuple))
 def test_neighbours_are_one_level_off(chosen):
-    around = neighbouring_levels(chosen, 5)
+    around = neighbouring_levels(chosen, [5] * len(chosen))
     naive = [
         other
         for other in itertools.product(range(5), repeat=len(chosen))
@@ -117,13 +117,13 @@ def test_a_descent_finds_the_least_of_a_bowl_and_keeps_to_its_budget():
         asked.extend(sets)
         return [sum((a - b) ** 2 for a, b in zip(one, (3, 1, 4), strict=True)) for one in sets]
 
-    seen = descend_levels([(0, 0, 0), (0, 0, 0)], 6, costs, budget=60)
+    seen = descend_levels([(0, 0, 0), (0, 0, 0)], [6] * 3, costs, budget=60)
     assert min(seen, key=seen.__getitem__) == (3, 1, 4)
     assert len(asked) == len(set(asked)) == len(seen) < 60 + 6
 
 
 def test_a_descent_ends_when_all_is_known():
-    assert len(descend_levels([(0, 0)], 3, lambda sets: [0.0] * len(sets), budget=1000)) == 9
+    assert len(descend_levels([(0, 0)], [3, 3], lambda sets: [0.0] * len(sets), budget=1000)) == 9
 
 
 @given(st.integers(1, 200).flatmap(lambda n: st.tuples(st.just(n), st.integers(0, n))))

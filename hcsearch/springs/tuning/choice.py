@@ -10,13 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.scenes.setup import Setup, with_stiffnesses
+from hcsearch.scenes.laws import linear_law
+from hcsearch.scenes.setup import Setup
 from hcsearch.shape.labels import Labels
 from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
 from hcsearch.springs.deployment.deployment_facts import play_facts
 from hcsearch.springs.deployment.outcomes import DeploymentCheck, reason_with_clearance
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
-from hcsearch.springs.tuning.evaluation import DEFAULT_SCENE_SCALES, SceneScales, tuning_objective
+from hcsearch.springs.tuning.evaluation import DEFAULT_SCENE_SCALES, Evaluator, SceneScales, tuning_objective
+from hcsearch.springs.tuning.part_sets import tied_parts, with_parts
 from hcsearch.springs.tuning.robustness import Robustness, most_robust, robustness_of_sets, sampled_setups
 from hcsearch.springs.tuning.spring_search import (
     MIN_OBJECTIVE_GAIN,
@@ -45,17 +47,30 @@ ROBUST_SEARCH_SIZES = (8, 4)
 class SpringSet:
     """A spring set and the results of its simulations.
 
-    stiffnesses : of each hinge, N m/rad. check : the quick check. deployment : the precise simulation in the scene
+    stiffnesses : of each hinge, N m/rad. dampings : of each hinge, N m s/rad, where dampers were chosen, too; NaN where
+        that of the scene stays. damped : the scene with more damping of all hinges, where this is a set of that scene.
+    check : the quick check. deployment : the precise simulation in the scene
         itself; None where it was not run. agreement : of the deployment with simulations at tighter tolerances, where
         it becomes flat, as of `hcsearch deploy`. robustness : None where no samples were drawn. scales : of its scene.
     """
 
     stiffnesses: tuple[float, ...]
     check: DeploymentCheck
+    dampings: tuple[float, ...] = ()
+    damped: Setup | None = None
     deployment: Deployment | None = None
     robustness: Robustness | None = None
     scales: SceneScales = DEFAULT_SCENE_SCALES
     agreement: Agreement | None = None
+
+    @property
+    def parts(self) -> tuple[float, ...]:
+        """The springs and dampers as a table of `part_sets`."""
+        return self.stiffnesses + self.dampings
+
+    def setup_in(self, setup: Setup) -> Setup:
+        """Return the scene of a tuning with these springs and dampers."""
+        return with_parts(self.damped or setup, self.parts)
 
     @property
     def value(self) -> float:
@@ -66,6 +81,11 @@ class SpringSet:
     def confirmed(self) -> bool:
         """Whether the precise simulation becomes flat and is certified clear."""
         return self.deployment is not None and self.deployment.deploys
+
+    @property
+    def suffices(self) -> bool:
+        """Whether it is confirmed at all tolerances, and no sample fails."""
+        return self.confirmed and not self.doubt and not (self.robustness and self.robustness.failures)
 
     @property
     def doubt(self) -> str:
@@ -95,6 +115,8 @@ class SpringSet:
         if chance is not None:
             low, high = chance.interval
             text += f"; collides in {chance.collisions} of {chance.samples} samples, {low:.0%} to {high:.0%} at 95 %"
+            others = chance.failures - chance.collisions
+            text += f"; {others} others do not become flat" if others else ""
         return text
 
 
@@ -116,18 +138,30 @@ def evaluation_shares(options: TuningOptions, spent: int) -> EvaluationShares:
 class SpringSetFinder:
     """Chooses the reported sets among those of a search: confirmed ones that are least likely to collide."""
 
-    def __init__(self, search: SpringSearch, setup: Setup, options: TuningOptions, shares: EvaluationShares) -> None:
-        self.search, self.setup, self.options, self.shares = search, setup, options, shares
+    def __init__(
+        self,
+        search: SpringSearch,
+        setup: Setup,
+        options: TuningOptions,
+        shares: EvaluationShares,
+        tied: Sequence[tuple[int, ...]],
+    ) -> None:
+        self.search, self.setup, self.options, self.shares, self.tied = search, setup, options, shares, tied
         self.evaluator, self.spread = search.evaluator, options.spread
         self.best: SpringSet | None = None
+        self._searched: SpringSet | None = None
 
-    def choose(self, sets: Sequence[Reals], start: SpringSet) -> None:
+    def choose(self, sets: Sequence[Reals], start: SpringSet, damped: SpringSet | None) -> None:
         """Set `best` to a confirmed set that is least likely to fail, among these sets and more robust ones nearby.
 
-        It is never worse than the set that the search began with, if that one is confirmed.
+        It is never worse than the set that the search began with, or than that with more damping, if these are
+        confirmed.
         """
         best = self._chosen([*self._more_robust(sets), *sets])
-        self.best = min(best, self.with_samples(start) if start.confirmed else best, key=_risk)
+        self._searched = min(best, self.with_samples(start) if start.confirmed else best, key=_risk)
+        self.best = self._searched
+        if damped is not None and damped.confirmed and (self._searched.doubt or not damped.doubt):
+            self.best = min(damped, self._searched, key=_risk)
 
     def _more_robust(self, sets: Sequence[Reals]) -> list[Reals]:
         """Search sets near the most robust one of these for a better mean over samples; return the best ones in order.
@@ -186,30 +220,50 @@ class SpringSetFinder:
         return [float(np.mean(values[k : k + count])) for k in range(0, len(values), count)]
 
     def round_to_catalogue(self, levels: Sequence[float]) -> SpringSet | None:
-        """Round the best set to catalogue springs by local search; None where no evaluation is left."""
-        assert self.best is not None
+        """Round the best set to catalogue springs and dampers by local search; None where no evaluation is left."""
         remaining = self.options.evaluations - self.evaluator.evaluation_count
         if remaining < 1:
             return None
-        tied = self.search.tied
-        # sets further from the best one may round to better ones
-        nearby = [np.array(self.best.stiffnesses), *self.search.candidates()[:CATALOGUE_START_COUNT]]
-        starts = [nearest_levels([stiffnesses[hinges[0]] for hinges in tied], levels) for stiffnesses in nearby]
+        tied, starts = self.tied, self._catalogue_starts(levels)
+        offered = [levels] * len(tied)
+        if self.options.damper_catalogue:
+            tied = tied_parts(tied)
+            offered += [(math.nan, *self.options.damper_catalogue)] * len(offered)
 
         def sets(chosen: Sequence[CatalogueLevels]) -> list[Reals]:
-            return [stiffnesses_of_groups([levels[level] for level in stiffnesses], tied) for stiffnesses in chosen]
+            values = [[of[level] for of, level in zip(offered, one, strict=True)] for one in chosen]
+            return [stiffnesses_of_groups(of_groups, tied) for of_groups in values]
 
         def costs(chosen: list[CatalogueLevels]) -> list[float]:
             values = [self.evaluator.value(check) for check in self.evaluator.of_springs(sets(chosen))]
             self.search.progress(self.search.budget, self.search.budget, f"catalogue springs, {len(chosen)} sets")
             return values
 
-        visited = descend_levels(
-            starts, len(levels), costs, budget=min(remaining, max(self.shares.catalogue, CATALOGUE_START_COUNT + 1))
-        )
+        budget = min(remaining, max(self.shares.catalogue, CATALOGUE_START_COUNT + 1))
+        visited = descend_levels(starts, [len(of) for of in offered], costs, budget=budget)
         ranked = sorted(visited, key=lambda chosen: (visited[chosen], chosen))
         clear = [chosen for chosen in ranked if visited[chosen] < 1.0]
         return self._chosen(sets(clear or ranked[:1]))
+
+    def _catalogue_starts(self, levels: Sequence[float]) -> list[CatalogueLevels]:
+        """Return the levels of springs and dampers with which the search among them begins."""
+        assert self._searched is not None
+        n = len(self._searched.stiffnesses)
+        # sets further from the best one may round to better ones
+        nearby = [np.array(self._searched.parts), *self.search.candidates()[:CATALOGUE_START_COUNT]]
+        springs = [nearest_levels([parts[hinges[0]] for hinges in self.tied], levels) for parts in nearby]
+        dampers = self.options.damper_catalogue
+        if not dampers:
+            return springs
+        groups = len(self.tied)
+        equal = [(level,) * groups for level in range(1, len(levels))]
+        starts = [of + (damper,) * groups for of in (springs[0], *equal) for damper in range(len(dampers), -1, -1)]
+        for parts, of in zip(nearby, springs, strict=True):
+            own = [self.setup.damping_of(hinges[0], linear_law(parts[hinges[0]])) for hinges in self.tied]
+            damping = [parts[n + hinges[0]] if len(parts) > n else own[k] for k, hinges in enumerate(self.tied)]
+            nearest = (nearest_levels([c], (own[k], *dampers))[0] for k, c in enumerate(damping))
+            starts.append((*of, *nearest))
+        return starts
 
     def _chosen(self, sets: Sequence[Reals]) -> SpringSet:
         """Return the confirmed set that is least likely to fail; if none is confirmed, the first. sets : best first."""
@@ -217,8 +271,7 @@ class SpringSetFinder:
         checks = self.evaluator.of_springs(sets)
         scales = self.evaluator.scales
         spring_sets = [
-            SpringSet(tuple(stiffnesses.tolist()), check, scales=scales)
-            for stiffnesses, check in zip(sets, checks, strict=True)
+            spring_set_of(parts, check, self.setup, scales) for parts, check in zip(sets, checks, strict=True)
         ]
         clear = [spring_set for spring_set in spring_sets if spring_set.check.deploys]
         # packed neighbours have two margins between them: where loops open by more, nothing is certain
@@ -227,7 +280,7 @@ class SpringSetFinder:
         ] or clear
         if self.options.samples and len(clear) > 1:
             self.search.progress(total, total, "comparing by samples")
-            springs = [spring_set.stiffnesses for spring_set in clear]
+            springs = [spring_set.parts for spring_set in clear]
             order = [k for k, _ in most_robust(self.evaluator, springs, self.spread, SAMPLING_STAGES, self.search.seed)]
             clear = [clear[k] for k in order] + [spring_set for k, spring_set in enumerate(clear) if k not in order]
         tried: list[SpringSet] = []
@@ -240,20 +293,36 @@ class SpringSetFinder:
 
     def with_deployment(self, spring_set: SpringSet) -> SpringSet:
         """Add the precise simulation in the scene itself, as `hcsearch deploy` runs it."""
-        setup = with_stiffnesses(self.setup, spring_set.stiffnesses)
-        deployment = simulate_deployment(self.evaluator.linkage, setup, self.evaluator.formulation)
-        return replace(spring_set, deployment=deployment, agreement=confirm_deployment(deployment))
+        return with_deployment(spring_set, self.evaluator, self.setup)
 
     def with_samples(self, spring_set: SpringSet) -> SpringSet:
         """Add the robustness from samples of the tolerances, if samples are to be drawn."""
-        if not self.options.samples:
-            return spring_set
-        total = self.search.budget
-        self.search.progress(total, total, "drawing samples")
-        (chance,) = robustness_of_sets(
-            self.evaluator, [spring_set.stiffnesses], self.spread, self.options.samples, self.search.seed
-        )
-        return replace(spring_set, robustness=chance)
+        if self.options.samples:
+            self.search.progress(self.search.budget, self.search.budget, "drawing samples")
+        return with_samples(spring_set, self.evaluator, self.options)
+
+
+def spring_set_of(
+    parts: Reals, check: DeploymentCheck, setup: Setup, scales: SceneScales, damped: Setup | None = None
+) -> SpringSet:
+    """Return the set of a table of `part_sets`; setup : of its tuning."""
+    n = len(setup.laws)
+    values = tuple(parts.tolist())
+    return SpringSet(values[:n], check, values[n:], damped, scales=scales)
+
+
+def with_deployment(spring_set: SpringSet, evaluator: Evaluator, setup: Setup) -> SpringSet:
+    """Add the precise simulation in a setup, as `hcsearch deploy` runs it."""
+    deployment = simulate_deployment(evaluator.linkage, spring_set.setup_in(setup), evaluator.formulation)
+    return replace(spring_set, deployment=deployment, agreement=confirm_deployment(deployment))
+
+
+def with_samples(spring_set: SpringSet, evaluator: Evaluator, options: TuningOptions) -> SpringSet:
+    """Add the robustness from samples of the tolerances, if samples are to be drawn."""
+    if not options.samples:
+        return spring_set
+    (chance,) = robustness_of_sets(evaluator, [spring_set.parts], options.spread, options.samples, options.seed)
+    return replace(spring_set, robustness=chance)
 
 
 def _risk(spring_set: SpringSet) -> tuple[bool, int]:

@@ -22,6 +22,7 @@ from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_sc
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.deployment.quick_check import CheckedPanels, check_deployments, checked_panels_of
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, with_springs
+from hcsearch.springs.tuning.part_sets import with_parts
 from hcsearch.store import Database, find_evaluations, record_evaluations
 from hcsearch.system.machine import usable_cores
 
@@ -147,7 +148,7 @@ class Evaluator:
     def of_springs(
         self, sets: Iterable[Sequence[float] | Reals], past_collisions: bool = False
     ) -> list[DeploymentCheck]:
-        """Check spring sets, each a stiffness (N m/rad) for every hinge; mirror hinges have equal ones.
+        """Check spring sets, each a table of `part_sets`; mirror hinges have equal springs and dampers.
 
         past_collisions : whether motions that collide are followed to their end, too. A set that has been checked so is
         not checked again otherwise.
@@ -155,7 +156,7 @@ class Evaluator:
         if self._base is None:
             # mirror hinges have equal springs in all sets, so a set of equal springs is compiled for all
             self._base = self._compiled(with_stiffnesses(self.setup, [0.1] * self.linkage.n_hinges))
-        setups = [with_stiffnesses(self.setup, stiffnesses) for stiffnesses in sets]
+        setups = [with_parts(self.setup, parts) for parts in sets]
         keys = [self._key(setup, True) for setup in setups]
         keys = [
             key if past_collisions or key in self._sets else self._key(setup, False)
@@ -187,7 +188,8 @@ class Evaluator:
         assert self._base is not None
         stiffnesses = np.empty(self._base.system.n_joints)
         stiffnesses[self._base.joint_of] = stiffnesses_of(setup)
-        return with_springs(self._base, stiffnesses)
+        damped = replace(self._base.setup, damping=setup.damping, damping_time=setup.damping_time)
+        return with_springs(replace(self._base, setup=damped), stiffnesses)
 
     def _compiled(self, setup: Setup) -> CompiledScene:
         # the springs, which change, determine whether folded stops can be reached

@@ -12,7 +12,9 @@ import numpy as np
 from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.setup import Setup, with_stiffnesses
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
+from hcsearch.springs.deployment.spring_sets import stiffnesses_of
 from hcsearch.springs.tuning.evaluation import Evaluator
+from hcsearch.springs.tuning.part_sets import with_parts
 from hcsearch.springs.tuning.tuning_options import Spread
 
 ROBUSTNESS_CONFIDENCE = 0.95
@@ -54,15 +56,16 @@ def _interval(count: int, samples: int) -> tuple[float, float]:
 
 
 def sampled_setups(
-    setup: Setup, stiffnesses: Sequence[float] | Reals, spread: Spread, samples: int, seed: int
+    setup: Setup, parts: Sequence[float] | Reals, spread: Spread, samples: int, seed: int
 ) -> list[Setup]:
-    """Draw samples of a setup within the tolerances, determined by the seed.
+    """Draw samples of a setup with the springs and dampers of a table within the tolerances, determined by the seed.
 
     Relative deviations are lognormal, so that no value is negative; values of 0 stay 0. With the same seed the samples
     of two spring sets have the same deviations, so that few samples show which set is better.
     """
     rng = np.random.default_rng(seed)
-    base = np.asarray(stiffnesses, float)
+    setup = with_parts(setup, parts)
+    base = stiffnesses_of(setup)
     setups = []
     for _ in range(samples):
         # not by np.exp, whose last bits depend on the processor
@@ -84,9 +87,7 @@ def robustness_of_sets(
     evaluator: Evaluator, sets: Sequence[Sequence[float] | Reals], spread: Spread, samples: int, seed: int
 ) -> list[Robustness]:
     """Return the robustness of spring sets in the evaluator's scene, from random samples evaluated together."""
-    setups = [
-        setup for stiffnesses in sets for setup in sampled_setups(evaluator.setup, stiffnesses, spread, samples, seed)
-    ]
+    setups = [setup for parts in sets for setup in sampled_setups(evaluator.setup, parts, spread, samples, seed)]
     checks = evaluator.of_setups(setups)
     return [robustness_of_checks(checks[k : k + samples]) for k in range(0, len(checks), samples)]
 

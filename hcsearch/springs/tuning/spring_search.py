@@ -22,6 +22,7 @@ from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.evaluation import Evaluator
+from hcsearch.springs.tuning.part_sets import PartBounds
 from hcsearch.system.terminal import short_number
 
 TuningProgress = Callable[[int, int, str], None]
@@ -37,15 +38,15 @@ AMPLE_GAP_OBJECTIVE = -0.999
 
 
 def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
-    """Return the stiffnesses of all hinges from those of the tied groups, rounded to four digits."""
+    """Return the stiffnesses of all hinges, or a table of `part_sets`, from tied groups, rounded to four digits."""
     stiffnesses = np.empty(sum(map(len, tied)))
     for value, hinges in zip(values, tied, strict=True):
         stiffnesses[list(hinges)] = float(f"{value:.4g}")
     return stiffnesses
 
 
-def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: tuple[float, float]) -> Reals:
-    """Return log stiffnesses, (GENERATION_SIZE, len(tied)): the start, and a Latin hypercube within the bounds."""
+def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: PartBounds) -> Reals:
+    """Return logarithms, (GENERATION_SIZE, len(tied)): those of the start, and a Latin hypercube within the bounds."""
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
 
     low, high = np.log(bounds)
@@ -61,10 +62,10 @@ class EvaluationsSpentError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class SeenSpringSet(ByValue):
-    """An evaluated spring set: logarithms of the tied groups' stiffnesses, stiffnesses, check and objective."""
+    """An evaluated spring set: logarithms of the tied groups' values, table of `part_sets`, check and objective."""
 
     point: Reals
-    stiffnesses: Reals
+    parts: Reals
     check: DeploymentCheck
     value: float
 
@@ -73,7 +74,13 @@ class SpringSearch:
     """The search for springs: CMA-ES with restarts until a set becomes flat and clear or the budget is spent."""
 
     def __init__(
-        self, evaluator: Evaluator, tied: Sequence[tuple[int, ...]], budget: int, seed: int, progress: TuningProgress
+        self,
+        evaluator: Evaluator,
+        tied: Sequence[tuple[int, ...]],
+        budget: int,
+        seed: int,
+        progress: TuningProgress,
+        bounds: PartBounds,
     ) -> None:
         self.evaluator, self.tied, self.budget, self.seed, self.progress = evaluator, tied, budget, seed, progress
         self.spent = 0
@@ -81,8 +88,7 @@ class SpringSearch:
         self.clear_sets: list[SeenSpringSet] = []
         self.success = False
         self._best_of_start: SeenSpringSet | None = None
-        low, high = evaluator.setup.spring_range
-        self.bounds = self.low, self.high = math.log(low), math.log(high)
+        self.bounds = self.low, self.high = _logarithm(bounds[0]), _logarithm(bounds[1])
 
     def run(self, start: Reals, first: Reals) -> None:
         """Search until success, or until the budget of evaluations is spent."""
@@ -99,9 +105,9 @@ class SpringSearch:
         """Return the distinct flat and clear sets, best first; if there are none, the best set of all."""
         distinct: list[Reals] = []
         for place in sorted(self.clear_sets, key=lambda place: place.value):
-            if all(np.abs(np.log(place.stiffnesses / other)).max() > DISTINCT_STIFFNESS_SHARE for other in distinct):
-                distinct.append(place.stiffnesses)
-        return distinct or ([self.best.stiffnesses] if self.best else [])
+            if all(np.abs(np.log(place.parts / other)).max() > DISTINCT_STIFFNESS_SHARE for other in distinct):
+                distinct.append(place.parts)
+        return distinct or ([self.best.parts] if self.best else [])
 
     def values(self, points: Reals) -> Reals:
         """Return the objectives of points, (k, len(tied)), evaluated together; points are clipped to the bounds."""
@@ -111,8 +117,8 @@ class SpringSearch:
         sets = [stiffnesses_of_groups(np.exp(point), self.tied) for point in inside]
         self.spent += len(sets)
         seen = [
-            SeenSpringSet(point, stiffnesses, check, self.evaluator.value(check))
-            for point, stiffnesses, check in zip(inside, sets, self.evaluator.of_springs(sets), strict=True)
+            SeenSpringSet(point, parts, check, self.evaluator.value(check))
+            for point, parts, check in zip(inside, sets, self.evaluator.of_springs(sets), strict=True)
         ]
         self.clear_sets += [place for place in seen if place.check.deploys]
         best = min(seen, key=lambda place: place.value)
@@ -168,18 +174,18 @@ class SpringSearch:
             up, down = values[1 : len(x) + 1], values[len(x) + 1 :]
             return float(values[0]), (up - down) / (2.0 * step)
 
-        bounds = [(self.low, self.high)] * len(point)
+        low, high = (np.broadcast_to(bound, len(point)).tolist() for bound in self.bounds)
+        bounds = list(zip(low, high, strict=True))
         options = {"maxiter": 1, "maxls": 2}
         minimize(value_and_slope, point, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
 
 
-def strategy_from(
-    start: Reals, share: float, bounds: tuple[float, float], population: int, rng: np.random.Generator
-) -> Any:
+def strategy_from(start: Reals, share: float, bounds: PartBounds, population: int, rng: np.random.Generator) -> Any:
     """Return a strategy of CMA-ES from a point; share : the initial step over the distance of the bounds."""
     import cma  # noqa: PLC0415 - takes seconds to load
 
     low, high = bounds
+    of_each = isinstance(low, np.ndarray)
     options = {
         "bounds": [low, high],
         "popsize": population,
@@ -189,8 +195,14 @@ def strategy_from(
         "verbose": -9,
         "randn": lambda *shape: rng.standard_normal(shape),  # else cma seeds NumPy's global generator
         "seed": math.nan,
+        "CMA_stds": high - low if of_each else None,
     }
-    return cma.CMAEvolutionStrategy(start, share * (high - low), options)
+    return cma.CMAEvolutionStrategy(start, share if of_each else share * (high - low), options)
+
+
+def _logarithm(bound: float | Reals) -> Any:
+    """Return the logarithm of a bound of all groups, or of each."""
+    return np.array([math.log(value) for value in bound]) if isinstance(bound, np.ndarray) else math.log(bound)
 
 
 def check_summary(check: DeploymentCheck) -> str:
@@ -248,19 +260,19 @@ def nearest_levels(stiffnesses: Sequence[float] | Reals, levels: Sequence[float]
     return tuple(int(np.abs(np.array(levels) - value).argmin()) for value in stiffnesses)
 
 
-def neighbouring_levels(chosen: CatalogueLevels, levels: int) -> list[CatalogueLevels]:
-    """Return all sets that differ from a set at one group by one level."""
+def neighbouring_levels(chosen: CatalogueLevels, levels: Sequence[int]) -> list[CatalogueLevels]:
+    """Return all sets that differ from a set at one group by one level; levels : how many each group has."""
     return [
         (*chosen[:k], level + step, *chosen[k + 1 :])
-        for k, level in enumerate(chosen)
+        for k, (level, count) in enumerate(zip(chosen, levels, strict=True))
         for step in (-1, 1)
-        if 0 <= level + step < levels
+        if 0 <= level + step < count
     ]
 
 
 def descend_levels(
     starts: Sequence[CatalogueLevels],
-    levels: int,
+    levels: Sequence[int],
     costs: Callable[[list[CatalogueLevels]], Sequence[float]],
     *,
     budget: int,
@@ -268,7 +280,7 @@ def descend_levels(
     """Best-first search of neighbouring sets of levels; return the costs of all visited sets.
 
     Each step visits the neighbours of the best set that has not been expanded. The search ends when all visited sets
-    are expanded, or when the budget of sets, 1 or more, is spent.
+    are expanded, or when the budget of sets, 1 or more, is spent. levels : how many each group has.
     costs : function that returns the costs of some sets, evaluated together.
     """
     start_sets = list(dict.fromkeys(starts))[:budget]
