@@ -236,7 +236,11 @@ def _print(tuning: Tuning, case: Case) -> None:
     click.echo(f"{'seconds':24}{short_number(tuning.chosen.setup_in(tuning.setup).seconds, 6)}")
     click.echo(f"{'evaluations':24}{tuning.evaluations} sets of springs, {tuning.recalled} of them known before")
     click.echo(f"{'samples':24}{tuning.samples} simulations within the tolerances")
-    damped = None if tuning.damped is None else tuning.damped.springs
+    damped = None
+    if tuning.damped is not None:
+        damped = tuning.damped.springs if tuning.damped.springs.confirmed else None
+        if damped is None:
+            click.echo(f"{'damped':24}{tuning.damped.sentence}")
     tuned = None if tuning.best is damped else tuning.best
     sets = [("start", tuning.start), ("damped", damped), ("tuned", tuned), ("catalogue", tuning.rounded)]
     shown = [(name, spring_set) for name, spring_set in sets if spring_set is not None]
@@ -246,7 +250,7 @@ def _print(tuning: Tuning, case: Case) -> None:
     pairs = [f"{labels.panels[joint.first]}, {labels.panels[joint.second]}" for joint in hinges]
     wide = [max(map(len, (*column, "panels"))) + 2 for column in (labels.hinges, pairs)]
     tables = {"N m/rad": [spring_set.stiffnesses for _, spring_set in shown]}
-    if damped is not None:
+    if any(spring_set.dampings or spring_set.damped for _, spring_set in shown):
         tables["N m s/rad"] = [spring_set.setup_in(tuning.setup).dampings for _, spring_set in shown]
     heads = "".join(f"{name:>12}" for name, _ in shown)
     for unit, columns in tables.items():

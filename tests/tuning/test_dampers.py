@@ -178,6 +178,7 @@ def test_dampers_are_searched_together_with_springs(folder):
         assert len({best["damping_N_m_s_rad"][number[hinge]] for hinge in hinges}) == 1
     assert printed["evaluations"] <= 30
     assert printed["use"].startswith("tuned springs and dampers: flat, certified clear")
+    assert run("tune", COLLIDING, *range_of).count("N m s/rad") == 1
     replayed = json.loads(run("deploy", "found.toml", "--json"))
     assert replayed["verdict"] == "deploys"
     assert replayed["flat_time_s"] == best["flat_time_s"]

@@ -25,17 +25,23 @@ FACTOR_SAMPLES, MAX_FACTOR_CONFIRMATIONS = 8, 3
 class DampedSprings:
     """The springs of a scene with more damping.
 
-    factor : multiple of the damping of the scene. springs : with the scene of that damping. tried, recalled : numbers
-    of multiples, each checked by one quick simulation, and of those that were known. samples, samples_recalled :
-    numbers of simulations within the tolerances.
+    factor : multiple of the damping of the scene. springs : with the scene of that damping. factors : that were tried,
+    each by one quick simulation. samples, samples_recalled : numbers of simulations within the tolerances, and of those
+    that were known.
     """
 
     factor: float
     springs: SpringSet
-    tried: int
-    recalled: int
+    factors: tuple[float, ...]
     samples: int
     samples_recalled: int
+
+    @property
+    def sentence(self) -> str:
+        """Where the springs are not confirmed, a sentence on it; empty where they are."""
+        if self.springs.confirmed:
+            return ""
+        return f"none becomes flat, certified clear, with {self.factors[0]:g} to {self.factors[-1]:g} times the damping"
 
 
 def damping_factors(setup: Setup, options: TuningOptions) -> tuple[float, ...]:
@@ -84,8 +90,7 @@ def damped_springs(
     return DampedSprings(
         factors[chosen],
         sets[chosen],
-        tried=len(factors),
-        recalled=sum(own.recalled for own in evaluators),
+        factors=factors,
         samples=sum(own.sample_count for own in evaluators),
         samples_recalled=sum(own.samples_recalled for own in evaluators),
     )

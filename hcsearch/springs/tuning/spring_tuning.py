@@ -187,7 +187,7 @@ class Tuning:
                 for name, spring_set in sets.items()
             },
             "damping_factor": None if self.damped is None else self.damped.factor,
-            "damping_factors_tried": 0 if self.damped is None else self.damped.tried,
+            "damping_factors_tried": [] if self.damped is None else list(self.damped.factors),
             "buy": None if (springs_at := self.springs_to_buy) is None else _bought_facts(springs_at, self.chosen),
             "evaluations": self.evaluations,
             "known_before": self.recalled,
