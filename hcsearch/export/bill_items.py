@@ -113,6 +113,19 @@ class SpringItem(_Item):
 
 
 @dataclass(frozen=True)
+class DamperItem(_Item):
+    """Dampers of equal coefficient; damping : of a hinge with one, N m s/rad. names : of their hinges."""
+
+    damping: float
+    names: tuple[str, ...]
+
+    @property
+    def cells(self) -> dict[str, Any]:
+        """Its values by the names of columns."""
+        return {"damping_N_m_s_per_rad": self.damping}
+
+
+@dataclass(frozen=True)
 class LatchItem(_Item):
     """Latches that hold hinges flat; stiffness : N m/rad. names : of their hinges."""
 
@@ -159,9 +172,10 @@ class BillOfMaterials:
     title
         The name of the folding or assembly.
     scene
-        The name of the scene, which gives masses, springs, latches and drives.
-    panels, hinges, springs, latches, drives
-        The parts of each kind.
+        The name of the scene, which gives masses, springs, dampers, latches and drives.
+    panels, hinges, springs, dampers, latches, drives
+        The parts of each kind; dampers are those of hinges whose damping the scene gives, and not in proportion to
+        springs.
     """
 
     title: str
@@ -171,6 +185,7 @@ class BillOfMaterials:
     springs: tuple[SpringItem, ...] = ()
     latches: tuple[LatchItem, ...] = ()
     drives: tuple[DriveItem, ...] = ()
+    dampers: tuple[DamperItem, ...] = ()
 
     @property
     def mass(self) -> float:
@@ -189,6 +204,7 @@ class BillOfMaterials:
             "panels": self.panels,
             "hinges": self.hinges,
             "springs": self.springs,
+            "dampers": self.dampers,
             "latches": self.latches,
             "drives": self.drives,
         }
@@ -197,8 +213,8 @@ class BillOfMaterials:
     def table(self) -> pd.DataFrame:
         """Return all items as one pandas table; columns that do not apply to a kind are missing values.
 
-        The column `kind` is one of `panels`, `hinges`, `springs`, `latches`, `drives`; `names` are those of the panels
-        or hinges.
+        The column `kind` is one of `panels`, `hinges`, `springs`, `dampers`, `latches`, `drives`; `names` are those of
+        the panels or hinges.
         """
         import pandas as pd  # noqa: PLC0415 - only for tables
 
@@ -214,7 +230,14 @@ class BillOfMaterials:
 def bill_of_case(case: Case) -> BillOfMaterials:
     """Return the bill of materials of a case."""
     return BillOfMaterials(
-        case.title, case.scene.name, _panels(case), _hinges(case), _springs(case), _latches(case), _drives(case)
+        case.title,
+        case.scene.name,
+        _panels(case),
+        _hinges(case),
+        _springs(case),
+        _latches(case),
+        _drives(case),
+        _dampers(case),
     )
 
 
@@ -264,6 +287,13 @@ def _acts(law: Law) -> bool:
     """Return whether a law has a moment anywhere."""
     branches = [branch for branch in (law.straight, law.bent) if branch is not None]
     return any(any(cubic) for branch in branches for cubic in branch.cubics)
+
+
+def _dampers(case: Case) -> tuple[DamperItem, ...]:
+    return tuple(
+        DamperItem(damping, tuple(case.labels.hinges[hinge] for hinge in hinges))
+        for damping, hinges in sorted(case.setup.dampers().items())
+    )
 
 
 def _latches(case: Case) -> tuple[LatchItem, ...]:

@@ -16,6 +16,7 @@ _UNITS = {
     "_mm2": " (mm²)",
     "_mm": " (mm)",
     "_g": " (g)",
+    "_N_m_s_per_rad": " (N m s/rad)",
     "_N_m_per_rad": " (N m/rad)",
     "_N_m": " (N m)",
     "_rad": " (rad)",

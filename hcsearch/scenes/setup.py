@@ -80,6 +80,14 @@ class Setup:
         """The damping of all hinges with their laws, N m s/rad."""
         return tuple(self.damping_of(hinge, law) for hinge, law in enumerate(self.laws))
 
+    def dampers(self) -> dict[float, list[int]]:
+        """Return the hinges of each damping that is given, and not in proportion to springs, by the damping."""
+        hinges: dict[float, list[int]] = {}
+        for hinge, damping in enumerate(self.damping):
+            if damping:
+                hinges.setdefault(damping, []).append(hinge)
+        return hinges
+
     def of_congruent(self, linkage: Linkage) -> Setup:
         """Return the setup of the congruent linkage of a linkage, with its panels, hinges and directions."""
         congruent = linkage.twin

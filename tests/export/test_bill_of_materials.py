@@ -130,6 +130,16 @@ def test_latches_and_mounted_mass_are_those_of_the_scene(tmp_path):
     assert bare.latches == ()
 
 
+def test_dampers_are_those_that_the_scene_gives():
+    own = {"3": {"damping": 0.02}, "7": {"damping": 0.0}}
+    bill = bill_of_materials(MOVING, db="none.sqlite", hinges=own)
+    assert [(item.damping, item.names) for item in bill.dampers] == [(0.02, ("3",))]
+    assert "damping (N m s/rad)" in bill_text(bill, "text")
+    every = bill_of_materials(MOVING, db="none.sqlite", damping=0.01, hinges=own)
+    assert [(item.damping, len(item.names)) for item in every.dampers] == [(0.01, 6), (0.02, 1)]
+    assert bill_of_materials(MOVING, db="none.sqlite").dampers == ()
+
+
 @pytest.fixture
 def run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -15,6 +15,7 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.records import FlightNumbers
 from hcsearch.scenes import SCENES, Scene
+from hcsearch.shape.labels import labels_of
 from hcsearch.springs.flight.flight_figures import figures_of, travel_margins
 from hcsearch.springs.flight.flight_sheet import FlightSheet, SheetRow
 from hcsearch.springs.flight.latching import arrival_loads
@@ -100,6 +101,27 @@ def test_latches_bear_the_simulated_arrivals_and_at_most_all_energy(sheet):
     along_path = replace(travel, deployment=None, source="path")
     alone = review(along_path, replace(ECSS, motorisation=None, redundancy=None), title="", source="").demands
     assert [demand.what for demand in alone if "latch" in demand.what] == [most.what]
+
+
+def test_dampers_are_listed_with_the_torque_of_the_fastest():
+    plain = reviewed(Scene("plain", friction=0.001))
+    assert plain.dampers == ()
+    assert not [demand for demand in plain.demands if "damper" in demand.what]
+    assert "dampers" not in sheet_text(plain, "text") + " ".join(plain.omitted)
+    own = (("2", (("damping", 0.02),)), ("3", (("damping", 0.005),)))
+    damped = reviewed(Scene("damped", friction=0.001, hinges=own))
+    assert damped.dampers == ((0.005, ("3",)), (0.02, ("2",)))
+    assert damped.facts()["dampers"][1] == {"damping_N_m_s_rad": 0.02, "hinges": ["2"]}
+    assert "0.005 N m s/rad at hinge 3; 0.02 N m s/rad at hinge 2" in sheet_text(damped, "text")
+    assert any(sentence.startswith("dampers in the torque of springs") for sentence in damped.omitted)
+    sheet = reviewed(replace(BUILT, name="all", damping=0.006))
+    ((damping, hinges),) = sheet.dampers
+    assert (damping, len(hinges)) == (0.006, sheet.travel.linkage.n_hinges)
+    (demand,) = [demand for demand in sheet.demands if "damper" in demand.what]
+    value, hinge = demand.value.split(" N m at hinge ")
+    torques = 0.006 * np.abs(sheet.travel.deployment.rates).max(axis=0)
+    assert float(value) == pytest.approx(torques.max(), rel=1e-3)
+    assert labels_of(sheet.travel.linkage).hinge(hinge) == torques.argmax()
 
 
 def test_springs_without_preload_are_named_on_top():

@@ -117,6 +117,8 @@ class FlightSheet:
         not pass.
     advice
         A sentence on springs that do not pass; empty where they do.
+    dampers
+        Damping and hinges of the dampers that the scene gives.
     margins
         Places along the travel, 0 packed, 1 flat, and the torque margin there; for a drawing.
     travel
@@ -136,6 +138,7 @@ class FlightSheet:
     omitted: tuple[str, ...] = ()
     springs: tuple[tuple[str, str], ...] = ()
     advice: str = ""
+    dampers: tuple[tuple[float, tuple[str, ...]], ...] = ()
     margins: tuple[tuple[float, float], ...] = field(default=(), repr=False)
     travel: Travel | None = field(default=None, repr=False, compare=False)
     kind: Literal["folding", "pattern"] = "folding"
@@ -165,5 +168,6 @@ class FlightSheet:
             "sensitivities": [vars(row) for row in self.sensitivities],
             "advice": self.advice,
             "springs_that_pass": dict(self.springs),
+            "dampers": [{"damping_N_m_s_rad": damping, "hinges": list(names)} for damping, names in self.dampers],
             "left_out": list(self.omitted),
         }

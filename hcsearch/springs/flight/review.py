@@ -55,6 +55,7 @@ def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: b
         omitted=tuple(reviewed.omitted()),
         springs=springs,
         advice=reviewed.advice(rows, springs),
+        dampers=reviewed.dampers(),
         margins=reviewed.drawn_margins(),
         travel=travel,
     )
@@ -191,6 +192,23 @@ class _Review:
         if envelope and self.travel.linkage.folds_flat:
             what = f"stacks that stand in {envelope}, obliquely too, at most"
             yield Demand(what, self._stacks_in(envelope), "scene", "proved")
+        yield from self._damper_torque()
+
+    def _damper_torque(self) -> Iterator[Demand]:
+        """Yield the greatest torque of a damper at a state of a simulated deployment, if there are dampers."""
+        deployment, damping = self.travel.deployment, np.array(self.travel.setup.damping)
+        if deployment is None or not damping.any():
+            return
+        torques = damping * np.abs(deployment.rates).max(axis=0)
+        hinge = int(torques.argmax())
+        label = labels_of(self.travel.linkage).hinges[hinge]
+        value = f"{short_number(float(torques[hinge]), 4)} N m at hinge {label}"
+        yield Demand("greatest torque of a damper", value, "scene", "simulated")
+
+    def dampers(self) -> tuple[tuple[float, tuple[str, ...]], ...]:
+        """Return damping and hinges of the dampers that the scene gives."""
+        labels, of_hinges = labels_of(self.travel.linkage).hinges, self.travel.setup.dampers()
+        return tuple((damping, tuple(labels[k] for k in hinges)) for damping, hinges in sorted(of_hinges.items()))
 
     def _arriving_torque(self) -> float | None:
         """Return the greatest torque of a latch at a simulated arrival, N m; None without a simulation."""
@@ -245,6 +263,8 @@ class _Review:
             yield "torque of latches: the scene gives no stiffness"
         if not any(travel.setup.gravity):
             yield "gravity: the scene has none"
+        if travel.setup.dampers():
+            yield "dampers in the torque of springs over resistance: they do not resist at rest"
 
     def drawn_margins(self) -> tuple[tuple[float, float], ...]:
         """Return the torque margins at the states of the travel, for a drawing; empty where nothing resists."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from hcsearch.scenes.laws import rounded_law_text
+from hcsearch.shape.labels import label_ranges
 from hcsearch.springs.flight.flight_sheet import Demand, FlightSheet, Sensitivity, SheetRow
 from hcsearch.system.terminal import short_number
 
@@ -44,6 +45,8 @@ def spring_cells(sheet: FlightSheet) -> tuple[tuple[str, str], ...]:
 def head_cells(sheet: FlightSheet) -> tuple[tuple[str, str], ...]:
     """Return the facts above the table of rules, each with its name."""
     facts = {sheet.kind: sheet.title, "scene": sheet.scene, "motion": sheet.source, "rules": sheet.standard}
+    if sheet.dampers:
+        facts["dampers"] = "; ".join(map(_damper_text, sheet.dampers))
     return (*facts.items(), ("verdict", sheet.verdict))
 
 
@@ -63,6 +66,11 @@ def sheet_text(sheet: FlightSheet, style: str) -> str:
         parts.append(heading.format("Left out"))
         parts.append(_table([(sentence,) for sentence in sheet.omitted], ("what",), table))
     return "\n\n".join(parts) + "\n"
+
+
+def _damper_text(dampers: tuple[float, tuple[str, ...]]) -> str:
+    damping, hinges = dampers
+    return f"{short_number(damping, 4)} N m s/rad at {'hinges' if len(hinges) > 1 else 'hinge'} {label_ranges(hinges)}"
 
 
 def _number(value: float | None, unit: str = "") -> str:

@@ -15,6 +15,8 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.setup import Setup, natural_seconds, with_dampings, with_stiffnesses
 from hcsearch.shape.linkage import Linkage
 
+DAMPING_DIGITS = 12
+"""Significant digits of dampings that are multiplied."""
 PartBounds = tuple[float, float] | tuple[Reals, Reals]
 """The least and the greatest value, of all groups or of each, or their logarithms."""
 
@@ -43,10 +45,9 @@ def part_bounds(
 
 
 def damped_more(setup: Setup, factor: float, linkage: Linkage) -> Setup:
-    """Return a setup with the damping of all hinges multiplied by a factor."""
-    both = setup.damping, setup.damping_time
-    damping, time = (tuple(float(f"{factor * value:.12g}") for value in values) for values in both)
-    return in_time(replace(setup, damping=damping, damping_time=time), setup, linkage)
+    """Return a setup with dampers at all hinges that multiply their damping by a factor."""
+    dampings = [float(f"{factor * damping:.{DAMPING_DIGITS}g}") for damping in setup.dampings]
+    return in_time(with_dampings(setup, dampings), setup, linkage)
 
 
 def in_time(changed: Setup, setup: Setup, linkage: Linkage) -> Setup:
