@@ -18,7 +18,8 @@ from hcsearch.springs.tuning.tuning_options import TuningOptions
 DAMPING_FACTORS = (1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0, 10.0)
 """Multiples of the damping that are tried: preferred numbers, series R10 of ISO 3."""
 FACTOR_SAMPLES, MAX_FACTOR_CONFIRMATIONS = 8, 3
-"""Samples by which the multiples that become flat and clear are compared, and how many are confirmed at most."""
+"""Samples by which the multiples that become flat and clear are compared, and how many are confirmed at most, until no
+sample of one fails."""
 
 
 @dataclass(frozen=True)
@@ -76,17 +77,15 @@ def damped_springs(
         progress(k, len(factors), f"{factors[k]:g} times the damping")
         sets.append(spring_set_of(table, own.of_springs([table])[0], damped, own.scales, damped))
     order = [k for k in _in_order(sets, evaluators, table, options) if sets[k].check.deploys]
-    chosen, found = min(range(len(sets)), key=lambda k: sets[k].value), False
+    chosen = min(range(len(sets)), key=lambda k: sets[k].value)
     for k in order[:MAX_FACTOR_CONFIRMATIONS]:
         progress(k, len(factors), f"confirming {factors[k]:g} times the damping")
         sets[k] = with_deployment(sets[k], evaluators[k], setups[k])
-        if not found and sets[k].confirmed:
-            chosen, found = k, True
-        if sets[k].confirmed and not sets[k].doubt:
-            chosen = k
+        if sets[k].confirmed:
+            sets[k] = with_samples(sets[k], evaluators[k], options)
+            chosen = min(chosen, k, key=lambda k: _risk(sets[k]))
+        if sets[k].suffices:
             break
-    if sets[chosen].confirmed:
-        sets[chosen] = with_samples(sets[chosen], evaluators[chosen], options)
     return DampedSprings(
         factors[chosen],
         sets[chosen],
@@ -94,6 +93,12 @@ def damped_springs(
         samples=sum(own.sample_count for own in evaluators),
         samples_recalled=sum(own.samples_recalled for own in evaluators),
     )
+
+
+def _risk(spring_set: SpringSet) -> tuple[bool, bool, int]:
+    """Return the sort key of a set: confirmed ones first, at all tolerances, then by the number of failing samples."""
+    failures = 0 if spring_set.robustness is None else spring_set.robustness.failures
+    return not spring_set.confirmed, bool(spring_set.doubt), failures
 
 
 def _in_order(sets: list[SpringSet], evaluators: list[Evaluator], table: Reals, options: TuningOptions) -> list[int]:
