@@ -23,7 +23,7 @@ def test_every_value_of_a_scene_is_in_the_file_once():
     assert sorted(template_keys()) == sorted(field.name for field in fields(Scene))
     text = scene_template()
     for key in template_keys():
-        if key not in ("springs", "hinges"):
+        if key not in ("springs", "hinges", "releases"):
             written = f"{key}_mm" if key in ("panel", "margin") else key
             assert len(re.findall(rf"^(# )?{written} = ", text, re.MULTILINE)) == 1, key
             assert re.search(rf"^(# )?{written} = .*  # \w", text, re.MULTILINE), key
@@ -37,7 +37,8 @@ def test_values_that_are_not_set_are_examples_that_can_be_set(tmp_path):
     scene = read_scene(str(path), None)
     changed = {field.name for field in fields(Scene) if getattr(scene, field.name) != getattr(Scene(), field.name)}
     assert changed == {
-        *("name", "panel", "margin", "areal_mass", "spring_range", "damping", "seconds", "springs", "hinges")
+        *("name", "panel", "margin", "areal_mass", "spring_range", "damping", "seconds", "springs", "hinges"),
+        "releases",
     }
 
 

@@ -69,4 +69,5 @@ def stated_values(scene: Scene) -> dict[str, Any]:
     """Return all values of a scene as JSON holds them, SI units; springs and values of single hinges by hinge."""
     values = {field.name: getattr(scene, field.name) for field in fields(scene)}
     values["springs"], values["hinges"] = dict(scene.springs), {hinge: dict(own) for hinge, own in scene.hinges}
+    values["releases"] = dict(scene.releases)
     return values

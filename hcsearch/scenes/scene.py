@@ -96,6 +96,9 @@ class Scene:
     hinges
         Values of single hinges that replace these five or the damping, by their numbers in pictures, such as `(("7",
         (("damping", 0.01), ("friction", 0.02))),)`.
+    releases
+        When hold-downs release their hinges, by their numbers in pictures, such as `(("7", "0.5 s"), ("3", "hinge 7 at
+        0.2 rad"))`; until then these hinges cannot open.
     thickness_tolerance
         The tolerance of the thickness of panels, to each side, m.
     offset_tolerance
@@ -145,6 +148,7 @@ class Scene:
     stop_tolerance: float = 0.0
     play: float = 0.0
     hinges: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = ()
+    releases: tuple[tuple[str, str], ...] = ()
     thickness_tolerance: float = 0.0
     offset_tolerance: float = 0.0
     equipment: float = 0.0
@@ -208,8 +212,8 @@ def check_verdicts(scene: Scene, grid: str, n: int) -> None:
         raise SceneError(
             "designs of squares count as one when they are turned, so that panels are square: use the grid rectangle"
         )
-    if scene.springs or scene.hinges:
-        what = "springs" if scene.springs else "values"
+    if scene.springs or scene.hinges or scene.releases:
+        what = "springs" if scene.springs else "values" if scene.hinges else "hold-downs"
         raise SceneError(
             f"the scene {scene.name} has {what} of single hinges, which are those of one design: leave them out, or "
             "use hcsearch deploy"

@@ -15,7 +15,7 @@ from hcsearch.scenes.values import MAX_SCENE_VALUE, read_scene_value, shown_valu
 from hcsearch.system.reading import parse_toml, read_toml
 
 _IN_MILLIMETRES = {"panel_mm": "panel", "margin_mm": "margin"}
-_ON_TOP = ("flat_pairs", "held", "springs", "hinges")
+_ON_TOP = ("flat_pairs", "held", "springs", "hinges", "releases")
 _KINDS: dict[str, tuple[type, str]] = {
     "design": (str, "design = 'hex:0234550132:4'"),
     "assembly": (str, "assembly = 'unit-i'"),
@@ -60,8 +60,9 @@ def read_scene_file(path: str) -> dict[str, Any]:
     """Read a TOML file of a scene, and of the design or assembly that is deployed in it, if it names one.
 
     Keys: `design`, `pattern`, or `assembly` with a table `parameters`, `formulation`, `name`, `panel_mm`, `margin_mm`,
-    `flat_pairs`, `held`, tables `springs` and `hinges` of single hinges, a table `scene` of all other values, which may
-    name a scene to start from, and a table `drive` of driven hinges. Panels and hinges have the names used in pictures.
+    `flat_pairs`, `held`, tables `springs`, `hinges` and `releases` of single hinges, a table `scene` of all other
+    values, which may name a scene to start from, and a table `drive` of driven hinges. Panels and hinges have the names
+    used in pictures.
     Files named in laws are relative to the directory of this one and are replaced by their points.
     """
     table = _checked(path, read_toml(path))
@@ -147,7 +148,7 @@ def scene_file_text(facts: Mapping[str, Any], formulation: str | None, scene: Sc
         table["panel_mm"] = panel_text(panel)
     if "margin" in changed:
         table["margin_mm"] = float(f"{1e3 * changed.pop('margin'):.10g}")
-    springs = dict(changed.pop("springs", ()))
+    springs, releases = (dict(changed.pop(name, ())) for name in ("springs", "releases"))
     hinges = {hinge: dict(given) for hinge, given in changed.pop("hinges", ())}
     if "flat_pairs" in changed:
         flat_pairs = changed.pop("flat_pairs")
@@ -155,6 +156,7 @@ def scene_file_text(facts: Mapping[str, Any], formulation: str | None, scene: Sc
     if "held" in changed:
         table["held"] = changed.pop("held")
     tables = {"parameters": facts.get("parameters", {}), "scene": changed, "springs": springs, "hinges": hinges}
+    tables["releases"] = releases
     for title, entries in tables.items():
         if entries:
             table[title] = {key: list(value) if isinstance(value, tuple) else value for key, value in entries.items()}

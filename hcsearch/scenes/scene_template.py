@@ -74,6 +74,9 @@ _OF_ONE_DESIGN = """\
 # 7 = "linear:0.2"
 # [hinges]
 # 7 = { damping = 0.01, friction = 0.02, latch_stiffness = 80.0 }
+# [releases]
+# 7 = "0.5 s"
+# 3 = "hinge 7 at 0.2 rad"
 """
 _COMMENT_COLUMN = 34
 
@@ -104,7 +107,7 @@ def scene_template(panel: PanelSize | None = None, grid: str | None = None) -> s
 
 def template_keys() -> Iterator[str]:
     """Yield the names of the values in the file, as a Scene has them."""
-    yield from ("name", "panel", "margin", "springs", "hinges")
+    yield from ("name", "panel", "margin", "springs", "hinges", "releases")
     for lines in (_TOP, *_SECTIONS.values()):
         yield from (line.key for line in lines)
 

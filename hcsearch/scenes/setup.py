@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.collision.panel_prisms import REFERENCE_EDGE_LENGTH, margin_of, scale_of
 from hcsearch.scenes.hardware import hinge_values, own_hinge_values
 from hcsearch.scenes.laws import Law, law_named, linear_law
+from hcsearch.scenes.releases import release_named
 from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, SCENES, Scene, SceneVector
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
@@ -35,6 +36,20 @@ _PLAIN = SCENES[DEFAULT_SCENE_NAME]
 _PLAIN_STIFFNESS = law_named(_PLAIN.spring).mean_stiffness
 
 
+class HoldDown(NamedTuple):
+    """A hinge that cannot open until a time (s), or until another one has opened to an angle (rad); -1 for none."""
+
+    hinge: int
+    time: float
+    after: int
+    angle: float
+
+    def moved(self, images: Sequence[int]) -> HoldDown:
+        """Return the hold-down at the images of its hinges."""
+        after = images[self.after] if self.after >= 0 else -1
+        return HoldDown(images[self.hinge], self.time, after, self.angle)
+
+
 @dataclass(frozen=True)
 class Setup:
     """All numbers besides the linkage on which its motion in a scene depends, by the linkage's panels and hinges.
@@ -46,7 +61,8 @@ class Setup:
     stiffness of its law.
     gravity : m/s^2. drag : density of the air times drag coefficient, kg/m^3. held : the fixed panel, or the one that
     belongs to the floating base, if the array is `free`. start : share of the folded angles at the start. seconds : the
-    simulated time. resistance : of all hinges, friction and harness together, N m. The rest is as in `Scene`.
+    simulated time. resistance : of all hinges, friction and harness together, N m. hold_downs : of hinges.
+    The rest is as in `Scene`.
     """
 
     name: str
@@ -70,6 +86,7 @@ class Setup:
     cut_stiffness: float
     cut_damping: float
     resistance: tuple[float, ...]
+    hold_downs: tuple[HoldDown, ...] = ()
 
     def damping_of(self, hinge: int, law: Law) -> float:
         """Return the damping of a hinge with a law, N m s/rad."""
@@ -97,7 +114,8 @@ class Setup:
         names = ("laws", "damping_time", "damping", "resistance")
         of_hinges: dict[str, Any] = {name: tuple(getattr(self, name)[hinge] for hinge in order) for name in names}
         held, gravity = congruent.panels[self.held], _turned(linkage, self.gravity)
-        return replace(self, held=held, gravity=gravity, **of_hinges)
+        hold_downs = tuple(hold_down.moved(congruent.hinges) for hold_down in self.hold_downs)
+        return replace(self, held=held, gravity=gravity, hold_downs=hold_downs, **of_hinges)
 
 
 def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
@@ -109,7 +127,7 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
     """
     if isinstance(scene, Setup):
         return scene
-    of_single = scene.springs or scene.hinges
+    of_single = scene.springs or scene.hinges or scene.releases
     labels = None if scene.held in ("bottom", "free") and not of_single else labels_of(linkage)
     # values derived from the panels are those of the congruent linkage, as sums in another order round differently
     standard = linkage if linkage.twin is None else linkage.twin.linkage
@@ -136,18 +154,24 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
         cut_stiffness=scene.cut_stiffness,
         cut_damping=scene.cut_damping,
         resistance=_resistance(scene, linkage),
+        hold_downs=_hold_downs(scene, labels),
     )
     seconds, scale = _scales(setup, linkage)
     return replace(
         setup,
         spring_range=scene.spring_range or (_short(MIN_SPRING_STIFFNESS * scale), _short(MAX_SPRING_STIFFNESS * scale)),
-        seconds=_short(DEFAULT_SCENE_SECONDS * seconds) if scene.seconds is None else scene.seconds,
+        seconds=_natural(setup, seconds) if scene.seconds is None else scene.seconds,
     )
+
+
+def _natural(setup: Setup, seconds: float) -> float:
+    """Return the simulated time of a setup, s, from the ratio of its times to those of the scene `default`."""
+    return _short(DEFAULT_SCENE_SECONDS * seconds + max((0.0, *(held.time for held in setup.hold_downs))))
 
 
 def natural_seconds(setup: Setup, linkage: Linkage) -> float:
     """Return the simulated time of a motion whose scene leaves it unset, s."""
-    return _short(DEFAULT_SCENE_SECONDS * _scales(setup, linkage)[0])
+    return _natural(setup, _scales(setup, linkage)[0])
 
 
 def _scales(setup: Setup, linkage: Linkage) -> tuple[float, float]:
@@ -240,6 +264,20 @@ def _dampers(scene: Scene, linkage: Linkage) -> tuple[tuple[float, ...], tuple[f
     for hinge, damping in own_hinge_values(scene, linkage, "damping").items():
         dampers[hinge] = 0.0, damping
     return tuple(time for time, _ in dampers), tuple(damping for _, damping in dampers)
+
+
+def _hold_downs(scene: Scene, labels: Labels | None) -> tuple[HoldDown, ...]:
+    """Return the hold-downs of all hinges; HcsearchError where a hinge has two, or waits for itself."""
+    hold_downs: dict[int, HoldDown] = {}
+    for name, text in scene.releases:
+        assert labels is not None
+        release, hinge = release_named(text), labels.hinge(name)
+        after = -1 if release.hinge is None else labels.hinge(release.hinge)
+        if hinge in hold_downs or after == hinge:
+            what = "waits for itself: name another" if after == hinge else "is given two releases: leave one out"
+            raise HcsearchError(f"hinge {labels.hinges[hinge]} {what}")
+        hold_downs[hinge] = HoldDown(hinge, -1.0 if release.time is None else release.time, after, release.angle)
+    return tuple(hold_downs[hinge] for hinge in sorted(hold_downs))
 
 
 def _resistance(scene: Scene, linkage: Linkage) -> tuple[float, ...]:

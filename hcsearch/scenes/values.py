@@ -10,6 +10,7 @@ from typing import Any
 from hcsearch.basics.errors import SceneError, wrong_kind_message
 from hcsearch.basics.vocabulary import WAYS, Way
 from hcsearch.designs.panel_sizes import MAX_PANEL_LENGTH, MIN_PANEL_LENGTH, read_panel
+from hcsearch.scenes.releases import release_named
 
 Reader = Callable[[str, Any], Any]
 
@@ -80,6 +81,7 @@ _AS_MADE: dict[str, tuple[Callable[[Any], bool], str]] = {
     "name": (_is_text, "a text, such as 'solar'"),
     "panel": (_is_size, "length, width and thickness in m, such as (0.05, 0.05, 0.006)"),
     "springs": (_by_hinge(str), "pairs of a hinge and its law, such as (('7', 'linear:0.2'),)"),
+    "releases": (_by_hinge(str), "pairs of a hinge and its release, such as (('7', '0.5 s'),)"),
     "hinges": (_by_hinge(tuple), "pairs of a hinge and its values, such as (('7', (('friction', 0.02),)),)"),
     "held": (_is_name, "'bottom', 'free', or the name of a panel, such as '3'"),
     "root": (_is_name, "'held', 'free', or the name of a panel, such as '3'"),
@@ -140,16 +142,23 @@ def _check_limits(key: str, value: Any, numbers: tuple[float, ...], low: float) 
         raise SceneError(f"{key} cannot be {shown_value(value)}: give numbers from {low:g} to {MAX_SCENE_VALUE:g}")
 
 
-def _springs(_key: str, value: Any) -> tuple[tuple[str, str], ...]:
-    laws: dict[str, str] = {}
-    for hinge, law in dict(value).items():
-        if not isinstance(law, str):
+def _springs(key: str, value: Any) -> tuple[tuple[str, str], ...]:
+    texts: dict[str, str] = {}
+    for hinge, text in dict(value).items():
+        if not isinstance(text, str):
             raise ValueError
         name = _name(str(hinge))
-        if name in laws:
-            raise SceneError(f"springs names hinge {name} twice: leave one out")
-        laws[name] = law
-    return tuple(laws.items())
+        if name in texts:
+            raise SceneError(f"{key} names hinge {name} twice: leave one out")
+        texts[name] = text
+    return tuple(texts.items())
+
+
+def _releases(key: str, value: Any) -> tuple[tuple[str, str], ...]:
+    releases = _springs(key, value)
+    for _, text in releases:
+        release_named(text)  # refuses what is no release
+    return releases
 
 
 def _hinges(_key: str, value: Any) -> tuple[tuple[str, tuple[tuple[str, float], ...]], ...]:
@@ -226,6 +235,7 @@ _READERS: dict[str, Reader] = {
     "flat_pairs": _flat_pairs,
     "spring": _text,
     "springs": _springs,
+    "releases": _releases,
     "spring_range": _range,
     "gravity": _vector,
     "base_inertia": _vector,
@@ -240,6 +250,7 @@ _EXAMPLES = {
     "flat_pairs": "write 'rigid', 'hinged', 'merged' or 'either', or a list of ways in the order of trial",
     "spring": "write a law, such as 'linear:0.1'",
     "springs": "write { 3 = 'linear:0.2' }, a law for each hinge",
+    "releases": "write { 3 = '0.5 s' }, or { 3 = 'hinge 7 at 0.2 rad' }, a release for each hinge",
     "spring_range": "give the softest and the stiffest, N m/rad, such as 0.001,0.2",
     "gravity": "give x,y,z in m/s^2, such as 0,0,-9.81",
     "base_inertia": "give three moments of inertia, kg m^2, such as 0.0067,0.0067,0.0067",

@@ -42,6 +42,7 @@ OTHER_VALUES = {
     "stop_tolerance": 0.001,
     "play": 0.002,
     "hinges": (("3", (("friction", 0.03),)),),
+    "releases": (("3", "0.5 s"),),
     "thickness_tolerance": 1e-5,
     "offset_tolerance": 2e-5,
     "equipment": 0.7,
@@ -52,7 +53,7 @@ OTHER_VALUES = {
 """Another value for each field of a scene."""
 REFUSED = {
     *("base_mass", "base_inertia", "restitution", "stop_stiffness", "stop_damping", "cut_stiffness", "cut_damping"),
-    *("latch_stiffness", "craft"),
+    *("latch_stiffness", "craft", "releases"),
 }
 """What no model of MuJoCo of a held array can hold."""
 

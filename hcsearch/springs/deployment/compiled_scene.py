@@ -171,6 +171,8 @@ class _Compiler:
         mirror = self._mirror()
         penalty, compliant = self.formulation == "penalty", self.formulation == "compliant"
         springy = penalty or compliant
+        if penalty and self.setup.hold_downs:
+            raise HcsearchError("the penalty formulation has no hold-downs: leave out releases, or take another one")
         if springy and self.linkage.loops and not self.setup.cut_stiffness:
             raise HcsearchError("cut_stiffness cannot be 0 where springs close the loops: give a positive number")
         halved = "closure" in self.keep and not self.linkage.loops and not penalty
@@ -232,7 +234,11 @@ class _Compiler:
         gravity_symmetric = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (
             1.0 + math.hypot(*self.setup.gravity)
         )
-        if not (springs_symmetric and gravity_symmetric) or np.abs(self.angles - self.angles[images]).max() > 1e-9:
+        held_symmetric = set(self.setup.hold_downs) == {held.moved(images) for held in self.setup.hold_downs}
+        if (
+            not (springs_symmetric and gravity_symmetric and held_symmetric)
+            or np.abs(self.angles - self.angles[images]).max() > 1e-9
+        ):
             return None
         self.angles = 0.5 * (self.angles + self.angles[images])
         self._leave_out(

@@ -18,14 +18,13 @@ from hcsearch.motion.collision.panel_prisms import resolution_of
 from hcsearch.motion.collision.panel_reaches import reaches
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, setup_of_scene
-from hcsearch.shape.labels import labels_of
+from hcsearch.shape.labels import labels_of, named_hinges
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
 from hcsearch.springs.deployment.drives import Drives
 from hcsearch.springs.deployment.outcomes import (
     FLAT_FOLD_ANGLE,
     MAX_DEPLOYMENT_STEPS,
-    REST_ANGLE_TOLERANCE,
     DeploymentCheck,
     methods_of,
     outcome_of,
@@ -33,6 +32,7 @@ from hcsearch.springs.deployment.outcomes import (
     reason_with_clearance,
 )
 from hcsearch.springs.deployment.play import Play, course_of_deployment, play_of_deployment
+from hcsearch.springs.deployment.released_hinges import held_at_end, simulate_releases
 from hcsearch.springs.dynamics.integration_methods import interpolate_motion
 from hcsearch.springs.dynamics.position_control import DrivenMotion, simulate_driven
 from hcsearch.springs.dynamics.time_integration import (
@@ -40,7 +40,6 @@ from hcsearch.springs.dynamics.time_integration import (
     closed_between,
     greatest_opening,
     loose_states,
-    simulate_system,
 )
 from hcsearch.system.work_steps import work_step
 
@@ -181,18 +180,10 @@ def simulate_compiled(
     if not 1e-13 <= tolerance <= 1e-1:
         raise HcsearchError(f"a tolerance of {tolerance:g} is out of range: give one from 1e-13 to 0.1")
     began = time.perf_counter()
-    first_method, stiff_method = methods_of(compiled.formulation, method)
-    motion = simulate_system(
-        compiled.system,
-        compiled.start,
-        end=compiled.seconds,
-        method=first_method,
-        stiff_method=stiff_method,
+    motion = simulate_releases(
+        compiled,
+        methods=methods_of(compiled.formulation, method),
         tolerance=tolerance,
-        restitution=compiled.setup.restitution,
-        flat=FLAT_FOLD_ANGLE,
-        watched=compiled.hinged,
-        rest=REST_ANGLE_TOLERANCE,
         max_steps=max_steps or MAX_DEPLOYMENT_STEPS[compiled.formulation],
         longest_step=longest_step,
     )
@@ -208,6 +199,8 @@ def compile_driven(
             f"drives are simulated with exact closure, not in the {formulation} formulation: leave it out"
         )
     setup = setup_of_scene(scene, linkage)
+    if setup.hold_downs:
+        raise HcsearchError("drives are simulated without hold-downs: leave out releases")
     if setup.free:
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     compiled = compile_scene(linkage, setup, keep=frozenset({"half", "stops"}))
@@ -280,6 +273,8 @@ def deployment_of_motion(
         outcome, reason = "diverged", "the floating base turns too far for its three angles: give it more inertia"
     else:
         reason = reason_of_motion(compiled, motion, clearance, driven=driven is not None)
+        if held := held_at_end(compiled, motion):
+            reason += f"; still held down: hinges {named_hinges(compiled.linkage, held)}"
     return Deployment(compiled, motion, outcome, reason, angles, rates, clearance, seconds, driven)
 
 

@@ -239,6 +239,7 @@ def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
         damped=accumulated("damped"),
         lost=accumulated("lost"),
         gap=max(motion.gap for motion in motions),
+        stiff_time=min(motion.stiff_time + start for motion, start in zip(motions, starts, strict=True)),
         events=tuple(
             replace(event, time=event.time + start)
             for motion, start in zip(motions, starts, strict=True)

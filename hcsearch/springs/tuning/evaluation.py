@@ -234,6 +234,7 @@ class Evaluator:
             del values[name]
         if not any(setup.resistance):  # as in the keys of databases from before there was friction
             del values["resistance"]
+        del values["hold_downs"]  # none are tuned
         for name in ("damping_time", "damping"):  # nor dampers of single hinges
             if len(set(values[name])) == 1:
                 values[name] = values[name][0]

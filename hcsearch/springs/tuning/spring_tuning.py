@@ -220,6 +220,8 @@ def tune_springs(
     setup = setup_of_scene(scene, linkage)
     if setup.free:
         raise HcsearchError("springs are tuned with a panel held, not floating: hold one, such as panel 0")
+    if setup.hold_downs:
+        raise HcsearchError("springs are tuned without hold-downs: leave out releases")
     load_matplotlib()  # cma loads it later, too, but not independently of a notebook's choice of windows
     tied, start = _start(setup, linkage)
     levels = catalogue_levels(options.catalogue, *reversed(setup.spring_range)) if options.catalogue else ()
