@@ -61,7 +61,7 @@ def damped_springs(
     memory: EvaluationMemory | None,
     progress: TuningProgress,
 ) -> DampedSprings | None:
-    """Return the springs of the start with the damping that is least likely to fail, the least one of equal ones.
+    """Return the springs of the start with the least damping that is as unlikely to fail as that of other multiples.
 
     If none becomes flat, certified clear, the one with the least objective is returned; None where there is no damping
     to be multiplied, and without multiples. evaluator, setup : of the tuning.
@@ -76,16 +76,14 @@ def damped_springs(
     for k, (damped, own) in enumerate(zip(setups, evaluators, strict=True)):
         progress(k, len(factors), f"{factors[k]:g} times the damping")
         sets.append(spring_set_of(table, own.of_springs([table])[0], damped, own.scales, damped))
-    order = [k for k in _in_order(sets, evaluators, table, options) if sets[k].check.deploys]
-    chosen = min(range(len(sets)), key=lambda k: sets[k].value)
-    for k in order[:MAX_FACTOR_CONFIRMATIONS]:
+    for k in _in_order(sets, evaluators, table, options)[:MAX_FACTOR_CONFIRMATIONS]:
         progress(k, len(factors), f"confirming {factors[k]:g} times the damping")
         sets[k] = with_deployment(sets[k], evaluators[k], setups[k])
         if sets[k].confirmed:
             sets[k] = with_samples(sets[k], evaluators[k], options)
-            chosen = min(chosen, k, key=lambda k: _risk(sets[k]))
         if sets[k].suffices:
             break
+    chosen = _least_likely_to_fail(sets)
     return DampedSprings(
         factors[chosen],
         sets[chosen],
@@ -95,18 +93,26 @@ def damped_springs(
     )
 
 
-def _risk(spring_set: SpringSet) -> tuple[bool, bool, int]:
-    """Return the sort key of a set: confirmed ones first, at all tolerances, then by the number of failing samples."""
-    failures = 0 if spring_set.robustness is None else spring_set.robustness.failures
-    return not spring_set.confirmed, bool(spring_set.doubt), failures
-
-
 def _in_order(sets: list[SpringSet], evaluators: list[Evaluator], table: Reals, options: TuningOptions) -> list[int]:
-    """Return the numbers of sets, those with the fewest failing samples first, and of these the least damping."""
+    """Return the numbers of the sets that become flat and clear: the least damping, then those of few failures."""
+    deploying = [k for k, one in enumerate(sets) if one.check.deploys]
     count = min(options.samples, FACTOR_SAMPLES)
-    failures = [0] * len(sets)
-    for k, own in enumerate(evaluators):
-        if count and sets[k].check.deploys:
-            (chance,) = robustness_of_sets(own, [table], options.spread, count, options.seed)
-            failures[k] = chance.failures
-    return sorted(range(len(sets)), key=lambda k: (failures[k], k))
+    if not count:
+        return deploying
+    chances = {k: robustness_of_sets(evaluators[k], [table], options.spread, count, options.seed) for k in deploying}
+    return deploying[:1] + sorted(deploying[1:], key=lambda k: (chances[k][0].failures, k))
+
+
+def _least_likely_to_fail(sets: list[SpringSet]) -> int:
+    """Return the number of the confirmed set with the fewest failures, or of one of less damping that is as good.
+
+    As good is what fails in a share of samples whose interval overlaps that of the best one. If none is confirmed, the
+    set with the least objective.
+    """
+    confirmed = [k for k, one in enumerate(sets) if one.suffices] or [k for k, one in enumerate(sets) if one.confirmed]
+    confirmed = [k for k in confirmed if not sets[k].doubt] or confirmed
+    if not confirmed:
+        return min(range(len(sets)), key=lambda k: sets[k].value)
+    chances = [(k, sets[k].robustness) for k in confirmed]
+    most = min((chance.failure_interval[1] for _, chance in chances if chance is not None), default=1.0)
+    return next(k for k, chance in chances if chance is None or chance.failure_interval[0] <= most)
