@@ -113,6 +113,8 @@ def linear_law_of(law: Law, name: str) -> tuple[float, float]:
     name : of the hinge, for messages.
     """
     pieces = law.straight.cubics
+    if law.full:
+        raise HcsearchError(f"{name} has the law {law.text}, and MuJoCo's springs always act: write a .urdf instead")
     if law.bent is not None or len(pieces) > 1 or any(pieces[0][2:]):
         raise HcsearchError(
             f"{name} has the law {law.text or 'of a table'}, and MuJoCo's springs are linear: give it one, such as "

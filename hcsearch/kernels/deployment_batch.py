@@ -259,6 +259,8 @@ def _tables_at(stack: Any, i: int) -> SceneTables:
             h.stop_stiffness[i],
             h.stop_damping[i],
             h.friction[i],
+            h.ramps[i],
+            h.factors[i],
         ),
         Drag(d.bodies[i], d.pieces[i], d.normals[i], d.points[i]),
         stack.start[i],

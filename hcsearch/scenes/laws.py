@@ -11,6 +11,10 @@ energy is the integral of these pieces, so both are exact. Laws have a notation,
     tape:PEAK@ANGLE,LOW@BACK         tape:0.2@0.05,0.03@0.01
 
 Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front, 2*linear:0.1 (springs in parallel).
+Any but `free` and `tape` may act from a time on, in s, or rise in proportion to time:
+
+    linear:0.1 from 0.5 s            no moment up to 0.5 s, then that of the law
+    linear:0.1 from 0.5 to 2 s       times a factor that rises from 0 to 1, as of a shape-memory spring that is heated
 """
 
 from __future__ import annotations
@@ -36,6 +40,8 @@ Cubic = tuple[float, float, float, float]
 MAX_LAW_VALUE, MIN_LAW_ANGLE_STEP = 1e300, 1e-9
 """The largest moment or angle of a law, and the least distance of its angles (rad); beyond these, numbers overflow."""
 _OVERFLOW = "a law's moments or energies overflow: give smaller moments, or angles further apart"
+MAX_LAW_TIME = 1e12
+"""The latest time at which a law may act in full, s."""
 MAX_LAW_FACTORS = 10
 """Greatest number of factors in front of a law; each call of `scaled_law` adds one."""
 
@@ -92,6 +98,8 @@ class Law:
 
     straight : the branch of the straight hinge, the only branch of most laws. bent : the branch after the snap.
     snap_up, snap_down : fold angles (rad) above which the law leaves the straight branch, and below which the bent one.
+    begin, full : times (s) at which the law begins to act and acts in full; in between its moment rises in proportion
+        to time. Both 0 for a law that always acts.
     text : the notation that `law_named` reads; empty for a law constructed from its branches.
     """
 
@@ -99,6 +107,8 @@ class Law:
     bent: LawBranch | None = None
     snap_up: float = math.inf
     snap_down: float = -math.inf
+    begin: float = 0.0
+    full: float = 0.0
     text: str = field(default="", compare=False)
 
     def energy(self, angle: float) -> float:
@@ -200,7 +210,7 @@ def tape_spring_law(peak: float, peak_angle: float, low: float, back: float | No
             f"give an angle above 0, below {_short(peak_angle)}, and at most {_short(2.0 * low / stiffness)}"
         )
     text = f"tape:{_short(peak)}@{_short(peak_angle)},{_short(low)}@{_short(angle)}"
-    return _preloaded(Law(_one(0.0, stiffness), _one(low), float(peak_angle), angle, text), preload)
+    return _preloaded(Law(_one(0.0, stiffness), _one(low), float(peak_angle), angle, text=text), preload)
 
 
 def scaled_law(law: Law, factor: float) -> Law:
@@ -216,6 +226,20 @@ def scaled_law(law: Law, factor: float) -> Law:
     return replace(law, straight=times(law.straight), bent=law.bent and times(law.bent), text=text)
 
 
+def timed_law(law: Law, begin: float, full: float) -> Law:
+    """Return a law that begins to act at a time and acts in full at another, s; both 0 for one that always acts."""
+    if not 0.0 <= begin <= full <= MAX_LAW_TIME:
+        raise HcsearchError(
+            f"no law acts from {_short(begin)} to {_short(full)} s: give times from 0 to {MAX_LAW_TIME:g}, the earlier "
+            "one first"
+        )
+    if full and (law.bent is not None or law.text == FREE_LAW.text):
+        raise HcsearchError(f"the law {law.text} always acts: give a time to one that is linear, quadratic or a table")
+    until = f"{_short(begin)} to {_short(full)}" if full > begin else _short(begin)
+    plain = law.text.partition(" from ")[0]
+    return replace(law, begin=begin, full=full, text=f"{plain} from {until} s" if full else plain)
+
+
 def preloaded_law(law: Law, preload: float) -> Law:
     """Return a law with a further constant moment (N m); a law `free` becomes `linear:0` with this preload."""
     _finite(preload)
@@ -223,6 +247,8 @@ def preloaded_law(law: Law, preload: float) -> Law:
         return law
     if law.text == FREE_LAW.text:
         return linear_law(0.0, preload)
+    if law.full:
+        return timed_law(preloaded_law(timed_law(law, 0.0, 0.0), preload), law.begin, law.full)
     match = re.fullmatch(rf"(?P<factors>(?:{_NUMBER}\*\s*)*)(?P<plain>.*?)(?P<preload>(?<![eE]){_PRELOAD})?", law.text)
     if match is None or not law.text:
         raise HcsearchError("a law without a notation takes no preload: read it with law_named")
@@ -243,6 +269,10 @@ def law_named(text: str) -> Law:
     Errors: NotationError, and the HcsearchErrors of the laws.
     """
     factors, name = [], text.strip()
+    begin = full = 0.0
+    if timed := _TIMED.fullmatch(name):
+        name, begin = timed["law"], float(timed["begin"])
+        full = begin if timed["full"] is None else float(timed["full"])
     while factor := re.match(rf"({_NUMBER})\*\s*", name, re.ASCII):
         factors.append(float(factor[1]))
         name = name[factor.end() :]
@@ -251,7 +281,7 @@ def law_named(text: str) -> Law:
     law = _plain(name, text)
     for number in reversed(factors):
         law = scaled_law(law, number)
-    return law
+    return timed_law(law, begin, full) if full else law
 
 
 def _plain(name: str, text: str) -> Law:
@@ -296,6 +326,8 @@ def spring_law(text: str, folder: Path) -> str:
     folder : the directory to which names of files are relative.
     Errors: HcsearchError for files that cannot be read, and for tables with angles that no hinge has.
     """
+    if timed := _TIMED.fullmatch(text.strip()):
+        return f"{spring_law(timed['law'], folder)}{text.strip()[timed.end('law') :]}"
     match = _TABLE.fullmatch(text.strip())
     if match is None:
         return text
@@ -316,6 +348,9 @@ def _expanded(name: str) -> str:
 _UNSIGNED = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _NUMBER = rf"[+-]?{_UNSIGNED}"
 _PRELOAD = rf"[+-]{_UNSIGNED}"
+_TIMED = re.compile(
+    rf"(?P<law>.*?)\s+from\s+(?P<begin>{_UNSIGNED})(?:\s+to\s+(?P<full>{_UNSIGNED}))?\s*s", re.ASCII | re.DOTALL
+)
 _POINT = rf"{_NUMBER}@{_NUMBER}"
 _POINTS = rf"{_POINT}(?:,{_POINT})*"
 _FILE = r".+\.[cC][sS][vV]"

@@ -218,6 +218,10 @@ def check_verdicts(scene: Scene, grid: str, n: int) -> None:
             f"the scene {scene.name} has {what} of single hinges, which are those of one design: leave them out, or "
             "use hcsearch deploy"
         )
+    if " from " in scene.spring:
+        raise SceneError(
+            f"the scene {scene.name} has springs that act from a time on, which hcsearch deploy simulates: leave it out"
+        )
     if scene.held == "free":
         raise SceneError(f"the scene {scene.name} holds no panel: hold one for verdicts, such as held = 'bottom'")
     if scene.held != "bottom" and not (scene.held.isdigit() and int(scene.held) < n):

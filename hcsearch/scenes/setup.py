@@ -97,6 +97,11 @@ class Setup:
         """The damping of all hinges with their laws, N m s/rad."""
         return tuple(self.damping_of(hinge, law) for hinge, law in enumerate(self.laws))
 
+    @property
+    def law_times(self) -> tuple[float, ...]:
+        """The times at which laws begin to act and act in full, s; none where all always act."""
+        return tuple(sorted({time for law in self.laws if law.full for time in (law.begin, law.full)}))
+
     def dampers(self) -> dict[float, list[int]]:
         """Return the hinges of each damping that is given, and not in proportion to springs, by the damping."""
         hinges: dict[float, list[int]] = {}
@@ -166,7 +171,8 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
 
 def _natural(setup: Setup, seconds: float) -> float:
     """Return the simulated time of a setup, s, from the ratio of its times to those of the scene `default`."""
-    return _short(DEFAULT_SCENE_SECONDS * seconds + max((0.0, *(held.time for held in setup.hold_downs))))
+    last = max((0.0, *(held.time for held in setup.hold_downs), *setup.law_times))
+    return _short(DEFAULT_SCENE_SECONDS * seconds + last)
 
 
 def natural_seconds(setup: Setup, linkage: Linkage) -> float:

@@ -18,6 +18,7 @@ from hcsearch.kernels.multibody.hinges import (
     add_friction,
     joint_torques,
     pull_struts,
+    set_factors,
     write_drive_targets,
 )
 from hcsearch.kernels.multibody.sweeps import gather_inertias, load_joints, move_bodies, place_bodies, release_joints
@@ -180,6 +181,7 @@ def accelerate_inlined(
 ) -> bool:
     """The same as `accelerate`, but inlined: integration steps spend most of their time here."""
     update_bodies(mechanism, hold, q, v, work)
+    set_factors(mechanism.hinges, work.time[0])
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
     add_friction(mechanism.hinges, hold.slides, work.torques)
     write_drive_targets(mechanism.targets, work.time[0], work)

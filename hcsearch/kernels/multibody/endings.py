@@ -99,7 +99,9 @@ def ending_before(simulation: Simulation, a: Reals) -> int:
         is_slow = is_slow and (hold.held[i] != 0 or abs(v[i]) * time_left <= plan.rest_distance)
         is_at_rest = is_at_rest and is_slow and (hold.held[i] != 0 or abs(a[i]) * time_left**2 <= plan.rest_distance)
     is_stuck = False
-    can_stick = len(hold.slides) > 0 and not len(simulation.mechanism.targets.joints)  # drives may free what sticks
+    mechanism = simulation.mechanism
+    frees = len(mechanism.targets.joints) + len(mechanism.hinges.factors)  # drives and laws that rise free what sticks
+    can_stick = len(hold.slides) > 0 and frees == 0
     if can_stick and (is_slow or not hold.slides.any()):
         is_stuck = _is_stuck(simulation, is_slow, is_at_rest, a)
     ending = ENDING_NONE

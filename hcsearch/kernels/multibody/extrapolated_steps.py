@@ -29,6 +29,7 @@ from hcsearch.kernels.multibody.hinges import (
     joint_torques,
     law_slope,
     lost_power,
+    set_factors,
     write_drive_targets,
 )
 from hcsearch.kernels.multibody.tree import Work
@@ -48,6 +49,7 @@ def _euler_step(
     if mechanism.overdamped:
         v[:] = 0.0
     update_bodies(mechanism, hold, q, v, work)
+    set_factors(mechanism.hinges, state[2 * n + 1] + h)
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
     add_friction(mechanism.hinges, hold.slides, work.torques)
     for i in range(n):

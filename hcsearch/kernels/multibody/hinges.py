@@ -61,6 +61,9 @@ class Hinges(NamedTuple):
     damping : (n,). lower, upper : (n,), stops, infinite where there is none or it cannot be reached.
     stop_stiffness, stop_damping : of compliant stops; 0 where they are hard.
     friction : (n,), greatest force of Coulomb friction in the joint; no entries where no joint has any.
+    ramps : (n, 3), times at which a law begins to act and acts in full, s, and the rate at which it rises during the
+        whole simulation, 1/s, or 0; factors : (n,), scratch, of the laws at the time of `set_factors`. Neither has
+        entries where all laws always act. Such laws have no snaps.
     """
 
     pieces: WholeNumbers
@@ -75,6 +78,8 @@ class Hinges(NamedTuple):
     stop_stiffness: float
     stop_damping: float
     friction: Reals
+    ramps: Reals
+    factors: Reals
 
 
 class Struts(NamedTuple):
@@ -116,9 +121,22 @@ def law_slope(hinges: Hinges, i: int, branch: int, q: float) -> float:
     k, x = _law_piece(hinges, i, branch, q)
     c = hinges.cubics[k]
     slope: float = c[1] + x * (2.0 * c[2] + x * 3.0 * c[3])
+    if len(hinges.factors):
+        slope *= hinges.factors[i]
     if hinges.stop_stiffness > 0.0 and (q < hinges.lower[i] or q > hinges.upper[i]):
         slope += hinges.stop_stiffness
     return slope
+
+
+@lean
+def set_factors(hinges: Hinges, time: float) -> None:
+    """Set the factors of laws that act from a time on; call before forces and energies at another time."""
+    for i in range(len(hinges.factors)):
+        begin, end = hinges.ramps[i, 0], hinges.ramps[i, 1]
+        if time >= end:
+            hinges.factors[i] = 1.0
+        else:
+            hinges.factors[i] = (time - begin) / (end - begin) if time > begin else 0.0
 
 
 @lean
@@ -126,6 +144,8 @@ def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: 
     """Write the joint forces of laws, dampers and compliant stops (thesis eqs. 4.20 to 4.22)."""
     for i in range(len(q)):
         value, _ = law_moment(hinges, i, branches[i], q[i])
+        if len(hinges.factors):
+            value *= hinges.factors[i]
         value += hinges.damping[i] * v[i]
         if hinges.stop_stiffness > 0.0:
             beyond = min(q[i] - hinges.lower[i], 0.0) + max(q[i] - hinges.upper[i], 0.0)
@@ -236,6 +256,8 @@ def write_energies(
     b = work.bodies
     for i in range(len(tree.links)):
         _, stored = law_moment(hinges, i, branches[i], q[i])
+        if len(hinges.factors):
+            stored *= hinges.factors[i]
         parts[1] += stored
         x, y, z = vector_sum(
             vector_at(b, i, WORK_PLACE), rotated(b, i, WORK_ROTATION, vector_at(tree.bodies, i, BODY_CENTRE))
@@ -253,8 +275,15 @@ def write_energies(
 
 @lean
 def lost_power(hinges: Hinges, struts: Struts, q: Reals, v: Reals, work: Work) -> float:
-    """Return the power lost in dampers, including those of compliant stops and struts; call `move_bodies` first."""
+    """Return the power lost in dampers, including those of compliant stops and struts; call `move_bodies` first.
+
+    What makes laws rise gives power: it counts as a negative loss.
+    """
     power = 0.0
+    for i in range(len(hinges.factors)):
+        if hinges.ramps[i, 2] > 0.0:
+            _, stored = law_moment(hinges, i, 0, q[i])
+            power -= hinges.ramps[i, 2] * stored
     for i in range(len(q)):
         power += hinges.damping[i] * v[i] * v[i]
         if hinges.stop_stiffness > 0.0 and (q[i] < hinges.lower[i] or q[i] > hinges.upper[i]):

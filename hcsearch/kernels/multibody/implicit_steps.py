@@ -25,6 +25,7 @@ from hcsearch.kernels.multibody.hinges import (
     add_friction,
     joint_torques,
     law_slope,
+    set_factors,
     write_drive_targets,
 )
 from hcsearch.kernels.multibody.integrators import IntegrationMethod, combine_stages, step_error, write_stage
@@ -176,6 +177,7 @@ def _accelerate_ahead(stepper: Stepper, g: float, guess: Reals, a: Reals) -> Non
     q, v = end[:n], end[n : 2 * n]
     work.time[0] = end[2 * n + 1]
     update_bodies(mechanism, hold, q, v, work)
+    set_factors(hinges, work.time[0])
     joint_torques(hinges, hold.branches, q, v, work.torques)
     add_friction(hinges, hold.slides, work.torques)
     for i in range(n):

@@ -171,8 +171,10 @@ class _Compiler:
         mirror = self._mirror()
         penalty, compliant = self.formulation == "penalty", self.formulation == "compliant"
         springy = penalty or compliant
-        if penalty and self.setup.hold_downs:
-            raise HcsearchError("the penalty formulation has no hold-downs: leave out releases, or take another one")
+        if penalty and (self.setup.hold_downs or self.setup.law_times):
+            raise HcsearchError(
+                "the penalty formulation has no hold-downs and no laws in time: leave them out, or take another one"
+            )
         if springy and self.linkage.loops and not self.setup.cut_stiffness:
             raise HcsearchError("cut_stiffness cannot be 0 where springs close the loops: give a positive number")
         halved = "closure" in self.keep and not self.linkage.loops and not penalty
@@ -228,7 +230,7 @@ class _Compiler:
         if mirror is None:
             return None
         images = list(mirror.hinges)
-        laws = [(law.straight, law.bent, law.snap_up, law.snap_down) for law in self.laws]
+        laws = [(law.straight, law.bent, law.snap_up, law.snap_down, law.begin, law.full) for law in self.laws]
         hinges = list(zip(laws, self.setup.dampings, self.setup.resistance, strict=True))
         springs_symmetric = all(hinges[k] == hinges[image] for k, image in enumerate(images))
         gravity_symmetric = abs(np.dot(self.setup.gravity, mirror.normal)) <= 1e-12 * (
@@ -302,7 +304,7 @@ class _Compiler:
 
     def _unreached(self) -> set[int]:
         """Find hinges that cannot return to their folded stop: the start energy does not suffice for one spring."""
-        if "stops" in self.keep or not self.weightless:
+        if "stops" in self.keep or not self.weightless or self.setup.law_times:
             return set()
         at_start = [law.energy(angle) for law, angle in zip(self.laws, self.angles, strict=True)]
         least_energies = [min(0.0, law.least_energy) for law in self.laws]

@@ -73,8 +73,8 @@ def check_deployments(
     subjects = [_subject(compiled, panels) for compiled, panels in zip(scenes, screens, strict=True)]
     for i, (compiled, panels, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
         setup, exactness = compiled.setup, (panels.solids.margin, resolution_of(compiled.linkage))
-        if setup.hold_downs:
-            raise HcsearchError("the quick check is of scenes without hold-downs: leave out releases")
+        if setup.hold_downs or setup.law_times:
+            raise HcsearchError("the quick check is of scenes without hold-downs and laws in time: leave them out")
         if compiled.formulation not in {"constrained", "compliant"} or setup.free:
             raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
         key = (compiled.formulation, compiled.seconds, setup.restitution, setup.cut_stiffness, setup.cut_damping)

@@ -1,9 +1,10 @@
-"""Deployments in which hold-downs release hinges one after the other, at given times or after other hinges.
+"""Deployments in stages: hold-downs release hinges at given times or after others, and laws act from a time on.
 
 A hinge that is held down cannot open beyond its angle at the start: it has a stop there, which its hold-down is. Its
-spring is stressed all the time and does no work before the release. Each stage between releases is simulated alone and
-ends exactly at the next release, whatever the method, so that no step spans one. A scene without hold-downs is one
-stage.
+spring is stressed all the time and does no work before the release. A law that acts from a time on has no energy
+before; what it has then, and what it gets as it rises, is a negative loss. Each stage is simulated alone and ends
+exactly at the next release, or where a law begins or ends to rise, whatever the method, so that no step spans one.
+Other scenes are one stage.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Flags, Reals
+from hcsearch.scenes.laws import Law, timed_law
 from hcsearch.scenes.setup import HoldDown
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, REST_ANGLE_TOLERANCE
@@ -47,7 +49,7 @@ def simulate_releases(
     methods : as of `Motion`. longest_step : s.
     """
     run = _Run(compiled, methods, tolerance, max_steps, longest_step)
-    if not compiled.setup.hold_downs:
+    if not (compiled.setup.hold_downs or compiled.setup.law_times):
         return run.stage(compiled.start, None, compiled.seconds, ()).motion
     return run.motion()
 
@@ -83,7 +85,8 @@ class _Run:
             held for held in self.compiled.setup.hold_downs if not _is_released(self.compiled, held, 0.0, q[None])
         }
         while True:
-            due = min((held.time for held in waiting if held.after < 0), default=seconds)
+            times = {*self.compiled.setup.law_times, *(held.time for held in waiting if held.after < 0)}
+            due = min((time for time in times if time > self.now), default=seconds)
             stage = self.stage(q, v, min(due, seconds), tuple(sorted(waiting)))
             motion, reached = stage.motion, stage.reached
             if motion.ending in _STILL and due < seconds:
@@ -92,7 +95,8 @@ class _Run:
             self.now = min(due, seconds) if motion.ending == "time" else self.now + float(motion.times[-1])
             released = {held for held in waiting if self._releases(held, reached)}
             self.motions.append(self._with_releases(motion, released))
-            if not released or self.now >= seconds:
+            goes_on = released or (motion.ending == "time" and self.now < seconds)
+            if not goes_on or self.now >= seconds:
                 return _with_balance(joined_motion(self.motions, self.starts), self.motions)
             q, v = motion.q[-1].copy(), motion.v[-1].copy()
             waiting -= released
@@ -100,14 +104,15 @@ class _Run:
     def stage(self, q: Reals, v: Reals | None, end: float, waiting: Sequence[HoldDown]) -> _Stage:
         """Simulate one stage from a state; end : of the stage at most, s. waiting : hinges that are held down."""
         compiled = self.compiled
-        system = _held_down(compiled, waiting)
+        system = _system_of_stage(compiled, waiting, self.now, end)
         options: SimulationOptions = {
             "end": end - self.now,
             "tolerance": self.tolerance,
             "restitution": compiled.setup.restitution,
             "longest_step": self.longest_step,
         }
-        if end >= compiled.seconds:  # else an array at rest waits for the next release
+        last_change = max(compiled.setup.law_times, default=0.0)
+        if end >= compiled.seconds and last_change <= self.now:  # else an array at rest waits for what comes
             options["rest"] = REST_ANGLE_TOLERANCE
         watched: list[tuple[Flags, float, _Reached | None]] = [
             (np.arange(system.n_joints) == joint, angle, (joint, angle))
@@ -158,15 +163,24 @@ def held_at_end(compiled: CompiledScene, motion: Motion) -> tuple[int, ...]:
     return tuple(sorted(one.hinge for one in held))
 
 
-def _held_down(compiled: CompiledScene, waiting: Sequence[HoldDown]) -> System:
-    """Return the system with stops at the start of the hinges that are held down."""
-    if not waiting:
+def _system_of_stage(compiled: CompiledScene, waiting: Sequence[HoldDown], start: float, end: float) -> System:
+    """Return the system of a stage: with stops at hinges that are held down, and the laws from its start on (s)."""
+    if not (waiting or compiled.setup.law_times):
         return compiled.system
-    drives = list(compiled.system.drives)
+    drives = [replace(drive, law=_law_of_stage(drive.law, start, end)) for drive in compiled.system.drives]
     for held in waiting:
         joint = int(compiled.joint_of[held.hinge])
         drives[joint] = replace(drives[joint], lower=float(compiled.start[joint]))
     return compiled.system.driven(tuple(drives))
+
+
+def _law_of_stage(law: Law, start: float, end: float) -> Law:
+    """Return a law with times counted from the start of a stage, in which its moment begins or ends no rise."""
+    if law.full <= start:
+        return timed_law(law, 0.0, 0.0) if law.full else law
+    if law.begin >= end:  # at its end, too, it does not act
+        return replace(law, begin=math.inf, full=math.inf)
+    return replace(law, begin=law.begin - start, full=law.full - start)
 
 
 def _stilled(motion: Motion, seconds: float) -> Motion:
@@ -180,7 +194,7 @@ def _stilled(motion: Motion, seconds: float) -> Motion:
 
 
 def _with_balance(joined: Motion, motions: Sequence[Motion]) -> Motion:
-    """Add to the energy lost what compliant stops of hold-downs had taken up when they released their hinges."""
+    """Add to the energy lost what compliant stops of hold-downs had taken up, and subtract that of laws that begin."""
     lost, state = joined.lost.copy(), 0
     for before, after in pairwise(motions):
         state += len(before.times)

@@ -199,8 +199,8 @@ def compile_driven(
             f"drives are simulated with exact closure, not in the {formulation} formulation: leave it out"
         )
     setup = setup_of_scene(scene, linkage)
-    if setup.hold_downs:
-        raise HcsearchError("drives are simulated without hold-downs: leave out releases")
+    if setup.hold_downs or setup.law_times:
+        raise HcsearchError("drives are simulated without hold-downs and laws in time: leave them out")
     if setup.free:
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     compiled = compile_scene(linkage, setup, keep=frozenset({"half", "stops"}))

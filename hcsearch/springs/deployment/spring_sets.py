@@ -40,8 +40,10 @@ def stiffnesses_of(setup: Setup) -> Reals:
 
 def _stiffness(law: Law) -> float:
     constant, slope, *rest = law.straight.cubics[0]
-    if law.bent is not None or len(law.straight.cubics) > 1 or constant or any(rest):
-        raise HcsearchError(f"springs that are tuned are linear, without a preload: write linear:0.1, not {law.text}")
+    if law.bent is not None or law.full or len(law.straight.cubics) > 1 or constant or any(rest):
+        raise HcsearchError(
+            f"springs that are tuned are linear, without a preload or a time: write linear:0.1, not {law.text}"
+        )
     return slope
 
 

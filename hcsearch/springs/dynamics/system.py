@@ -164,6 +164,7 @@ class System(ByValue):
     def _hinges(self, drives: Sequence[JointDrive]) -> Hinges:
         pieces, breaks, cubics, energies = tables_of_laws([drive.law for drive in drives])
         friction = np.array([drive.friction for drive in drives])
+        ramped = any(drive.law.full > 0.0 for drive in drives)
         return Hinges(
             pieces=pieces,
             breaks=breaks,
@@ -177,6 +178,8 @@ class System(ByValue):
             stop_stiffness=float(self.stop_stiffness),
             stop_damping=float(self.stop_damping),
             friction=friction if friction.any() else np.zeros(0),
+            ramps=np.array([_ramp(drive.law) for drive in drives]) if ramped else np.zeros((0, 3)),
+            factors=np.zeros(len(drives) if ramped else 0),
         )
 
     def _arm(self, body: int, point: Reals) -> Reals:
@@ -219,3 +222,9 @@ class System(ByValue):
             damping=np.array([strut.damping for strut in self.struts], float),
             rests=np.array([strut.rest for strut in self.struts], float),
         )
+
+
+def _ramp(law: Law) -> tuple[float, float, float]:
+    """Return when a law begins to act and acts in full, s, and its rate, 1/s, where it rises from the time 0 on."""
+    rises = law.begin <= 0.0 < law.full
+    return law.begin, law.full, 1.0 / (law.full - law.begin) if rises else 0.0

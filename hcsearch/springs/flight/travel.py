@@ -140,7 +140,7 @@ def travel_along(linkage: Linkage, scene: Scene, states: Reals | None = None) ->
 
     states : of the path, (k, n_hinges).
     """
-    setup = setup_of_scene(scene, linkage)
+    setup = _checked(setup_of_scene(scene, linkage))
     hardware = hardware_of(scene, linkage, setup.held)
     if states is None:
         return Travel(linkage, setup, hardware, "none", np.empty((0, linkage.n_hinges)))
@@ -158,8 +158,15 @@ def travel_by_springs(linkage: Linkage, scene: Scene) -> Travel:
 
 def travel_of_deployment(deployment: Deployment, scene: Scene) -> Travel:
     """Return the travel of a simulated deployment in a scene."""
-    linkage, setup = deployment.compiled.linkage, deployment.compiled.setup
+    linkage, setup = deployment.compiled.linkage, _checked(deployment.compiled.setup)
     hardware = hardware_of(scene, linkage, setup.held)
     states = np.vstack([linkage.folded, deployment.angles, linkage.flat])
     moved = np.abs(np.diff(states, axis=0)).max(axis=1, initial=0.0) > MIN_STATE_DISTANCE
     return Travel(linkage, setup, hardware, "deployment", states[np.append(True, moved)], deployment)
+
+
+def _checked(setup: Setup) -> Setup:
+    """Return a setup; HcsearchError where springs do not act all the time, as figures of a travel have no time."""
+    if setup.law_times:
+        raise HcsearchError("figures for flight are of springs that always act: leave out the times of their laws")
+    return setup
