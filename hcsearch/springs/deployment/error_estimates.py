@@ -197,7 +197,9 @@ def _hinge_damping(compiled: CompiledScene) -> Reals:
 def greatest_latch_rate(deployment: Deployment, until: float) -> float | None:
     """Return the greatest speed at which hinges arrive at their flat stops before a time (s), rad/s; None without any.
 
-    Bounces are no arrivals.
+    Bounces are no arrivals. Without inertia stops take no speed, so that there is none, too.
     """
+    if deployment.compiled.system.overdamped:
+        return None
     arrivals = [arrival for arrival in hinge_arrivals(deployment) if arrival.stop == "flat" and arrival.time < until]
     return max((arrival.speed for arrival in arrivals), default=None)
