@@ -236,7 +236,8 @@ def _print_rows(work: FormulationWork) -> None:
         lines += [_cells(row, work) for row in rows if row.outcome is not None]
         if untried := [row for row in rows if row.outcome is None]:
             tolerances = _power(untried[0].tolerance) + (" on" if len(untried) > 1 else "")
-            lines.append(("  " + method, tolerances, untried[0].note))
+            mark = "> " if any(row.default for row in untried) else "  "
+            lines.append((mark + method, tolerances, untried[0].note))
     widths = [max(len(line[k]) for line in lines if len(line) == len(_HEADINGS)) for k in range(len(_HEADINGS))]
     for line in lines:
         click.echo(_aligned(line, widths))

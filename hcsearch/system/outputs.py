@@ -111,7 +111,9 @@ def write_table(path: str | Path, table: pd.DataFrame, endings: tuple[str, ...] 
         elif part.suffix == ".npz":
             import numpy as np  # noqa: PLC0415 - commands start without it
 
-            np.savez_compressed(part, allow_pickle=False, **{str(name): table[name].to_numpy() for name in table})
+            columns = {str(name): table[name].to_numpy() for name in table}
+            texts = {name: values.astype(str) for name, values in columns.items() if values.dtype == object}
+            np.savez_compressed(part, allow_pickle=False, **columns | texts)
         else:
             try:
                 table.to_parquet(part, index=False)

@@ -1,8 +1,10 @@
 """Errors of deployments beside references: closed forms, orders of methods, refusals, and the reports."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
@@ -14,6 +16,7 @@ from hcsearch.springs.accuracy.work_report import reference_sentence, work_table
 from hcsearch.springs.accuracy.work_rows import work_of_formulations
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
+from hcsearch.system.outputs import write_table
 from hcsearch_bench.stability.strips import StabilitySubject
 from hcsearch_bench.stability.sweeps import two_panels
 from tests.accuracy.subjects import FOLDING, linkage_named
@@ -99,6 +102,16 @@ def test_a_table_has_a_row_a_simulation(works):
     table = work_table(works)
     assert len(table) == sum(len(work.rows) for work in works) == 24
     assert table["angle_error_rad"].max() < math.pi
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npz"])
+def test_tables_are_written_without_any_number_in_a_column(works, tmp_path, ending):
+    rows = [replace(row, time_error=None) for row in works[0].rows]
+    path = tmp_path / f"work{ending}"
+    write_table(path, work_table([replace(works[0], rows=tuple(rows))]))
+    read = pd.read_csv(path) if ending == ".csv" else dict(np.load(path, allow_pickle=False))
+    assert np.isnan(read["time_error_s"]).all()
+    assert list(read["method"][:3]) == ["bogacki-shampine"] * 3
 
 
 def test_formulations_that_do_not_apply_say_why():

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hcsearch.springs.accuracy.accuracy_judgements import JUDGEMENTS, Judgement
 from hcsearch.springs.accuracy.stability_points import StabilityPoint
 from hcsearch.springs.accuracy.swept_values import SWEPT_VALUES
+from hcsearch.springs.accuracy.work_report import facts_table
 from hcsearch.springs.deployment.deployment_facts import finite_or_none
 from hcsearch.system.figures import figure_for, set_title
 from hcsearch.system.terminal import short_number
@@ -81,9 +82,8 @@ class MeasuredStability:
 
     def table(self) -> pd.DataFrame:
         """A pandas table of all points, as `hcsearch accuracy --output` writes it."""
-        import pandas as pd  # noqa: PLC0415 - only where a table is wanted
-
-        return pd.DataFrame(map(self._point_facts, self.points)).astype({"outcome": str, "reason": str, "label": str})
+        texts = ("label", "judgement", "outcome", "reason")
+        return facts_table([self._point_facts(point) for point in self.points], texts)
 
     def picture(self, path: str) -> None:
         """Draw a map of the points into a file .svg, .png or .pdf, with a frame around the scene's own."""

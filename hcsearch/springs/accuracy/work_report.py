@@ -74,10 +74,21 @@ def work_row_facts(row: WorkRow) -> dict[str, Any]:
 
 def work_table(works: Sequence[FormulationWork]) -> pd.DataFrame:
     """Return all rows as a table."""
+    texts = ("formulation", "method", "outcome", "note")
+    return facts_table([work_row_facts(row) for work in works for row in work.rows], texts)
+
+
+def facts_table(rows: Sequence[dict[str, Any]], texts: Sequence[str]) -> pd.DataFrame:
+    """Return rows of plain data as a table: texts, empty for None, and numbers, NaN for None, also in whole columns."""
     import pandas as pd  # noqa: PLC0415 - only where a table is wanted
 
-    rows = [work_row_facts(row) for work in works for row in work.rows]
-    return pd.DataFrame(rows).astype({"outcome": str, "note": str})
+    table = pd.DataFrame(rows)
+    for name in table:
+        if name in texts:
+            table[name] = ["" if value is None else str(value) for value in table[name]]
+        elif table[name].dtype == object:
+            table[name] = table[name].astype(float)
+    return table
 
 
 def reference_sentence(work: FormulationWork) -> str:
