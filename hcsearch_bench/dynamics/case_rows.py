@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.springs.accuracy.reference_motions import FIRST_REFERENCES
+from hcsearch.springs.accuracy.reference_motions import REFERENCES
 from hcsearch.springs.dynamics.time_integration import Motion
 from hcsearch_bench.peers import dense_system
 from hcsearch_bench.peers.measured_runs import Comparison, our_motion
@@ -21,7 +21,7 @@ from hcsearch_bench.subjects.deployments import WHOLE, Case, DeploymentSubject
 OUTPUTS = 100
 """Equal spaces between the times at which the error is taken: the coarsest step of engines with fixed steps."""
 MAX_STEPS = {"constrained": 100_000, "penalty": 400_000, "quasistatic": 100_000, WHOLE: 100_000}
-REFERENCE, REFERENCE_TOLERANCE = FIRST_REFERENCES[0]
+REFERENCE, REFERENCE_TOLERANCE = REFERENCES[0][0]
 SEEN = 2_000
 """Most states of which the gap is taken."""
 LEVELS = (("precise", 1e-8), ("high", 2e-5), ("low", 1e-2))

@@ -127,7 +127,8 @@ def stress_cases(point: ScenePoint, formulation: Formulation) -> Iterator[Stabil
     yield extreme(f"start {PACKED_START}", replace(setup, start=PACKED_START))
     yield replace(extreme("redundant closure", setup), keep=frozenset(ALL_OMISSIONS))
     yield extreme("stiff stops", replace(setup, stop_stiffness=STIFF_STOPS * setup.stop_stiffness), "penalty")
-    weak = replace(setup, damping=0.1 * setup.damping, damping_time=0.1 * setup.damping_time)
+    damping = SWEPT_VALUES["damping"]
+    weak = damping.change(point, 0.1 * damping.own(point)).setup
     yield extreme("clashing stops", replace(weak, restitution=CLASHING_RESTITUTION))
 
 

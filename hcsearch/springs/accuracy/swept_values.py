@@ -59,11 +59,14 @@ def _same(one: float, other: float) -> bool:
 
 
 def _own_damping(point: ScenePoint) -> float:
-    return float(np.mean([point.setup.damping_of(law) for law in point.setup.laws]))
+    return float(np.mean(point.setup.dampings))
 
 
 def _damped(point: ScenePoint, value: float) -> ScenePoint:
-    return replace(point, setup=replace(point.setup, damping=value, damping_time=0.0))
+    """Multiply all dampers so that their mean is a value; equal ones where there are none."""
+    own, none = _own_damping(point), (0.0,) * len(point.setup.laws)
+    dampings = tuple(value * damping / own if own > 0.0 else value for damping in point.setup.dampings)
+    return replace(point, setup=replace(point.setup, damping=dampings, damping_time=none))
 
 
 def _stiffened(point: ScenePoint, factor: float) -> ScenePoint:
@@ -110,7 +113,7 @@ def resized_linkage(linkage: Linkage, factor: float = 1.0, thickness: float | No
 
 
 SWEPT_VALUES = {
-    "damping": SweptValue("N m s/rad", "the damping of every hinge", _own_damping, _damped),
+    "damping": SweptValue("N m s/rad", "the mean damping of the hinges, all in proportion", _own_damping, _damped),
     "stiffness": SweptValue("", "a factor of all springs", lambda _point: 1.0, _stiffened),
     "thickness": SweptValue(
         "mm", "the thickness of all panels", lambda point: 1e3 * point.linkage.pattern.thickness, _thick

@@ -12,7 +12,6 @@ import numpy as np
 from hcsearch.basics.array_values import Reals
 from hcsearch.motion.collision.panel_prisms import TOUCHING_DISTANCE, resolution_of, scale_of
 from hcsearch.springs.deployment.arrivals import hinge_arrivals
-from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.play import Play, least_gap_of
 from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.dynamics.law_torques import law_torques
@@ -183,15 +182,8 @@ def greatest_torque(deployment: Deployment, until: float) -> float | None:
     """
     compiled, here = deployment.compiled, deployment.motion.times <= until
     angles, rates = deployment.angles[here], deployment.rates[here]
-    torques = law_torques(compiled.setup.laws, angles) + _hinge_damping(compiled) * rates
+    torques = law_torques(compiled.setup.laws, angles) + np.array(compiled.setup.dampings) * rates
     return float(np.abs(torques).max()) if torques.size else None
-
-
-def _hinge_damping(compiled: CompiledScene) -> Reals:
-    """Return the damping of all hinges, N m s/rad."""
-    drives = [drive.damping / share for drive, share in zip(compiled.system.drives, compiled.shares, strict=True)]
-    cuts = [cut.drive.damping for cut in compiled.system.cuts]
-    return np.array([drives[joint] if joint >= 0 else cuts[-1 - joint] for joint in compiled.joint_of])
 
 
 def greatest_latch_rate(deployment: Deployment, until: float) -> float | None:
