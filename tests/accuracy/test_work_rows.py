@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import INTEGRATORS
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import setup_of_scene
 from hcsearch.springs.accuracy.reference_motions import reference_motion
@@ -100,7 +101,7 @@ def test_the_cheapest_setting_has_the_wanted_error(works):
 
 def test_a_table_has_a_row_a_simulation(works):
     table = work_table(works)
-    assert len(table) == sum(len(work.rows) for work in works) == 24
+    assert len(table) == sum(len(work.rows) for work in works) == 2 * 3 * len(INTEGRATORS)
     assert table["angle_error_rad"].max() < math.pi
 
 
@@ -128,8 +129,8 @@ def test_simulations_that_would_take_too_long_are_not_tried():
     setup = setup_of_scene(Scene(), linkage)
     work = next(iter(work_of_formulations(linkage, setup, ("constrained",), tolerances=(1e-3, 1e-9), seconds=1e-4)))
     untried = [row for row in work.rows if row.outcome is None]
-    assert {row.tolerance for row in untried} == {1e-9}
-    assert all("not tried" in row.note and row.angle_error is None for row in untried)
+    assert 1e-9 in {row.tolerance for row in untried}
+    assert all("would take more than 0.0001 s" in row.note and row.angle_error is None for row in untried)
 
 
 def test_short_runs_are_repeated_more_often():
