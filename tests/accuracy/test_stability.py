@@ -84,7 +84,7 @@ def test_swept_values_are_those_of_the_scene():
     assert SWEPT_VALUES["thickness"].own(point) == pytest.approx(6.0)
     assert SWEPT_VALUES["density"].own(point) == 547.0
     damped = SWEPT_VALUES["damping"].changed(point, 0.1)
-    assert {damped.setup.damping_of(law) for law in damped.setup.laws} == {0.1}
+    assert set(damped.setup.dampings) == {0.1}
     assert damped.setup.seconds == pytest.approx(point.setup.seconds * 0.1 / 0.0043, rel=0.01)
     stiff = SWEPT_VALUES["stiffness"].changed(point, 4.0)
     assert [law.mean_stiffness for law in stiff.setup.laws] == pytest.approx([0.4] * 8)
