@@ -74,7 +74,7 @@ def step_error(weights: Reals, stepper: Stepper) -> float:
     count = len(start) - 2
     for j in range(count):
         estimate = second_estimate = 0.0
-        for i in range(len(stages)):
+        for i in range(weights.shape[1]):
             estimate += weights[0, i] * stages[i, j]
             second_estimate += weights[1, i] * stages[i, j]
         allowed = stepper.absolute_tolerance + stepper.relative_tolerance * max(abs(start[j]), abs(end[j]))

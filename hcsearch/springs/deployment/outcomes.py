@@ -197,7 +197,7 @@ class DeploymentCheck:
     evaluations: int
     looks: int
     loose_share: float = field(default=0.0, compare=False)
-    stiff_time: float = math.inf
+    stiff_time: float = field(default=math.inf, compare=False)
 
     @property
     def verdict(self) -> Verdict:
