@@ -1,1 +1,1 @@
-"""Identification of springs and dampers from measurements: moment-angle data and free vibration."""
+"""Identification of springs and dampers from measurements: moment-angle data, free vibration, films of a deployment."""
