@@ -26,6 +26,7 @@ OTHER_VALUES = {
     "damping_time": 0.02,
     "damping": 0.1,
     "gravity": (0.0, 0.0, -1.62),
+    "drag": 1.44,
     "held": "2",
     "base_mass": 3.0,
     "base_inertia": (0.1, 0.2, 0.3),
@@ -52,7 +53,16 @@ OTHER_VALUES = {
 }
 """Another value for each field of a scene."""
 REFUSED = {
-    *("base_mass", "base_inertia", "restitution", "stop_stiffness", "stop_damping", "cut_stiffness", "cut_damping"),
+    *(
+        "drag",
+        "base_mass",
+        "base_inertia",
+        "restitution",
+        "stop_stiffness",
+        "stop_damping",
+        "cut_stiffness",
+        "cut_damping",
+    ),
     *("latch_stiffness", "craft", "releases"),
 }
 """What no model of MuJoCo of a held array can hold."""

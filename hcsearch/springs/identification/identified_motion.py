@@ -217,7 +217,11 @@ def _all_fits(
 
     def fit(wanted: tuple[MotionTerm, ...], start: tuple[MotionTerm, ...] | None) -> float:
         if wanted not in fits:
-            starts = [] if start is None else [fits[start]]
+            # with gravity there are many minima: all models with one term less are starts
+            less = [
+                one for one in fits if "gravity" in wanted and set(one) < set(wanted) and len(one) + 1 == len(wanted)
+            ]
+            starts = [] if start is None else [fits[one] for one in dict.fromkeys([start, *less])]
             fits[wanted] = fit_films(linkage, motion_parameters(linkage, setup, wanted), films, starts)
             step_of_thread().advance(1)
         return fits[wanted].squares

@@ -265,6 +265,9 @@ def _extended(problem: FilmProblem, fit: FittedFilms) -> list[tuple[Reals, Reals
     if not any(parameter.kind == "tilt" for parameter in new):
         return [(x, fit.releases)]
     tilts = [k for k, parameter in enumerate(new) if parameter.kind == "tilt"]
+    if any(parameter.kind == "tilt" for parameter in fit.parameters.parameters):
+        x[tilts] = tilts_of(fit.parameters.setup_at(fit.x).gravity, problem.parameters.axis)
+        return [(x, fit.releases)]
     starts = []
     for direction in TILT_STARTS:
         at = x.copy()
