@@ -74,13 +74,13 @@ def accuracy(
     formulations = FORMULATIONS if chosen is None else (chosen,)
     total, done = len(formulations) * (1 + len(INTEGRATORS) * len(TOLERANCES)), 0
 
-    def told(words: str) -> None:
+    def announce(words: str) -> None:
         nonlocal done
         done += 1
         if progress is not None:
             progress(done - 1, total, words)
 
-    works = tuple(work_of_formulations(case.linkage, case.setup, formulations, seconds=limit, told=told))
+    works = tuple(work_of_formulations(case.linkage, case.setup, formulations, seconds=limit, announce=announce))
     measured = next((work.formulation for work in works if work.rows), None)
     if measured is None:
         raise HcsearchError(f"nothing can be measured: {works[0].refusal}")
@@ -142,13 +142,13 @@ def stability(
         cases = sweep_cases(point, {name: _limits(name, numbers) for name, numbers in sweep.items()}, chosen)
     done = 0
 
-    def told(words: str) -> None:
+    def announce(words: str) -> None:
         nonlocal done
         done += 1
         if progress is not None:
             progress(done - 1, len(cases), words)
 
-    points = tuple(judged_points(cases, tolerance=DEFAULT_TOLERANCE, seconds=limit, told=told))
+    points = tuple(judged_points(cases, tolerance=DEFAULT_TOLERANCE, seconds=limit, announce=announce))
     return MeasuredStability(case.name, case.setup.name, tuple(sweep or ()), points)
 
 

@@ -109,8 +109,8 @@ def _print(identified: IdentifiedMotion) -> None:
 
 def _print_estimate(estimate: MotionEstimate) -> None:
     value = f"{estimate.value:.4g} {estimate.unit}".rstrip() + ("" if estimate.unit else " times the scene's")
-    if not estimate.told:
-        click.echo(f"{estimate.name:14}not told by the films (least squares at {value})")
+    if not estimate.identified:
+        click.echo(f"{estimate.name:14}not identified by the films (least squares at {value})")
         return
     interval = f"95 %: {estimate.low:.4g} to {estimate.high:.4g}"
     click.echo(f"{estimate.name:14}{value}, standard error {estimate.error:.2g} ({interval})")

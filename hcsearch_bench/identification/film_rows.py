@@ -113,16 +113,16 @@ hinged: the motion of fewer hinges does not tell gravity from stiffness and damp
 class ParameterRow:
     """A parameter in films of one case.
 
-    films : number of films. told : of those in which the parameter was fitted and told. within : of those whose 95 %
-    interval holds the planted value. error : relative error (of tilts, rad), rms over these. reported_error : standard
-    error that identification reports, rms.
+    films : number of films. identified : of those in which the parameter was fitted and identified. within : of those
+    whose 95 % interval holds the planted value. error : relative error (of tilts, rad), rms over these.
+    reported_error : standard error that identification reports, rms.
     """
 
     case: str
     parameter: str
     planted: float
     films: int
-    told: int
+    identified: int
     within: int
     error: float
     reported_error: float
@@ -174,14 +174,14 @@ def measure_films(
 
 
 def _parameter_row(case: str, name: str, truth: float, results: Sequence[IdentifiedMotion]) -> ParameterRow:
-    found = [one for result in results for one in result.estimates if one.name == name and one.told]
+    found = [one for result in results for one in result.estimates if one.name == name and one.identified]
     scale = 1.0 if name.startswith("gravity") else abs(truth)
     return ParameterRow(
         case=case,
         parameter=name,
         planted=truth,
         films=len(results),
-        told=len(found),
+        identified=len(found),
         within=sum((one.low or 0.0) <= truth <= (one.high or 0.0) for one in found),
         error=_rms([(one.value - truth) / scale for one in found]),
         reported_error=_rms([(one.error or 0.0) / scale for one in found]),

@@ -73,9 +73,9 @@ def tables(results: IdentificationResults) -> list[Table]:
             "identification-films",
             "Parameters from films of a deployment, with noise",
             "Films of 120 frames show all hinges of a deployment, with white noise of 1 % of pi (1.8 degrees), and "
-            "begin up to a tenth of the motion before or after the release. `told` is the number of films in which the "
-            "parameter was fitted and told, `within` the number of these whose 95 % interval holds the planted value. "
-            "Errors are relative, of tilts in rad, rms.",
+            "begin up to a tenth of the motion before or after the release. `identified` is the number of films in "
+            "which the parameter was fitted and identified, `within` the number of these whose 95 % interval holds the "
+            "planted value. Errors are relative, of tilts in rad, rms.",
             results.parameters,
         ),
         Table(

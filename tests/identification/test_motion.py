@@ -145,14 +145,14 @@ def test_white_residuals_are_noise_and_waves_are_not():
     assert off.misfit == pytest.approx(math.sqrt((wave**2).mean()), rel=0.2)
 
 
-def test_parameters_that_move_films_alike_are_not_told():
+def test_parameters_that_move_films_alike_are_not_identified():
     parameters = motion_parameters(LINKAGE, setup_of_scene(Scene(), LINKAGE), ("stiffness", "damping", "friction"))
     random = np.random.default_rng(2)
     slopes = random.standard_normal((100, 4))
     slopes[:, 1] = 3.0 * slopes[:, 0]
     fit = FittedFilms(parameters, np.zeros(3), np.zeros(1), random.standard_normal(100), slopes)
-    errors, told = coordinate_errors(fit)
-    assert told.tolist() == [False, False, True]
+    errors, identified = coordinate_errors(fit)
+    assert identified.tolist() == [False, False, True]
     variance = fit.squares / fit.freedom * np.linalg.inv(slopes[:, 1:].T @ slopes[:, 1:])[1, 1]
     assert errors[2] == pytest.approx(math.sqrt(variance))
 
@@ -192,7 +192,7 @@ def test_values_are_those_of_a_scene_file():
     again = setup_of_scene(scene, LINKAGE)
     true = fitted.setup_at(x)
     assert again.laws[0].straight.moment(1.0) == pytest.approx(true.laws[0].straight.moment(1.0), rel=1e-5)
-    assert (again.damping, again.drag) == pytest.approx((true.damping, true.drag), rel=1e-5)
+    assert (*again.dampings, again.drag) == pytest.approx((*true.dampings, true.drag), rel=1e-5)
     assert again.gravity == pytest.approx(true.gravity, rel=1e-5)
     single = motion_parameters(LINKAGE, setup, ("stiffness-by-hinge",))
     at = 0.1 * np.arange(len(HINGES))
@@ -263,3 +263,10 @@ def test_the_planted_values_of_the_bench_are_named_as_parameters():
         start = case.case({})
         fitted = motion_parameters(start.linkage, start.setup, case.terms).parameters
         assert set(case.truths) <= {one.name for one in fitted}, name
+
+
+@pytest.mark.parametrize("term", ["friction", "damping"])
+def test_values_of_single_hinges_are_not_fitted_as_one(tmp_path, term):
+    path = write(tmp_path / "film.csv", film_of(TRUE))
+    with pytest.raises(HcsearchError, match=f"{term} is fitted as one of all hinges"):
+        identify_motion([path], NAME, fit=("stiffness", term), hinges={"3": {term: 0.02}})

@@ -137,11 +137,11 @@ def judged_points(
     *,
     tolerance: float,
     seconds: float,
-    told: Callable[[str], None] = lambda _words: None,
+    announce: Callable[[str], None] = lambda _words: None,
 ) -> Iterator[StabilityPoint]:
     """Simulate each scene by its default method and judge it; seconds : greatest time of one reference, s, about."""
     for case in cases:
-        told(case.label)
+        announce(case.label)
         yield judged_point(case, tolerance, seconds)
 
 

@@ -107,7 +107,7 @@ def reference_sentence(work: FormulationWork) -> str:
         text += f"; both part at {short_number(reference.parting)} s, from where the motion is not reproducible"
     if not work.suffices:
         text += f"; they do not agree to a tenth of the least error: what is below {reference.angle_doubt:.1e} rad "
-        text += "cannot be told"
+        text += "cannot be resolved"
     return text
 
 

@@ -39,7 +39,7 @@ DEFAULT_GROWTH = 2.0
 SUFFICIENT_SHARE = 0.1
 """A reference suffices where its doubt is at most this share of the least error that it measures."""
 
-Told = Callable[[str], None]
+Announce = Callable[[str], None]
 """Called with the words of each simulation that begins."""
 
 
@@ -51,8 +51,8 @@ class WorkRow:
     below : whether the reference cannot tell that error, or the one in time, from its own doubt. time_error : of the
     flat time, s. drift : greatest error of the energy balance; lost_error : error of the energy lost in dampers, to
     friction and at stops; both as shares of the largest energy. opening : greatest closure residual, rad or gap over
-    size. seconds : processor time, median of `runs`. default : whether `deploy` takes this setting unless told
-    otherwise.
+    size. seconds : processor time, median of `runs`. default : whether `deploy` takes this setting by
+    default.
     """
 
     formulation: Formulation
@@ -130,7 +130,7 @@ def work_of_formulations(
     *,
     tolerances: Sequence[float] = TOLERANCES,
     seconds: float = 2.0,
-    told: Told = lambda _words: None,
+    announce: Announce = lambda _words: None,
 ) -> Iterator[FormulationWork]:
     """Measure error against run time in each formulation; seconds : greatest time of one simulation, s, about."""
     constrained: ReferenceMotion | None = None
@@ -141,7 +141,7 @@ def work_of_formulations(
         try:
             compiled = compile_scene(linkage, setup, formulation)
             whole = compile_scene(linkage, setup, formulation, keep=frozenset(OMISSIONS))
-            told(f"{formulation}, reference")
+            announce(f"{formulation}, reference")
             run = partial(simulate_compiled, compiled, certified=False)
             usual = run(max_steps=affordable_steps(run, seconds))
             end = float(usual.motion.times[-1]) or compiled.seconds
@@ -149,7 +149,7 @@ def work_of_formulations(
         except HcsearchError as refusal:
             yield FormulationWork(formulation, None, (), refusal=str(refusal))
             continue
-        rows = tuple(_rows(compiled, reference, tolerances, seconds, told))
+        rows = tuple(_rows(compiled, reference, tolerances, seconds, announce))
         work = FormulationWork(formulation, reference, rows)
         if formulation == "constrained":
             constrained = reference
@@ -169,7 +169,7 @@ def _model_difference(reference: ReferenceMotion, constrained: ReferenceMotion) 
 
 
 def _rows(
-    compiled: CompiledScene, reference: ReferenceMotion, tolerances: Sequence[float], seconds: float, told: Told
+    compiled: CompiledScene, reference: ReferenceMotion, tolerances: Sequence[float], seconds: float, announce: Announce
 ) -> Iterator[WorkRow]:
     """Simulate by each method at rising accuracy, until a simulation would take too long."""
     formulation = compiled.formulation
@@ -183,7 +183,7 @@ def _rows(
             if taken and (stopped or taken[-1] * _growth(taken) > seconds):
                 yield replace(blank, note=f"not tried: {stopped or _too_long(seconds)}")
                 continue
-            told(f"{formulation}, {method} at {tolerance:.0e}".replace("e-0", "e-"))
+            announce(f"{formulation}, {method} at {tolerance:.0e}".replace("e-0", "e-"))
             row = measured_row(compiled, reference, blank, seconds)
             taken.append(row.seconds or 0.0)
             stopped = f"out of steps at {tolerance:.0e}".replace("e-0", "e-") if row.outcome == "out of steps" else ""

@@ -133,7 +133,7 @@ class IdentifiedMotion:
             "reason": self.reason,
             "terms": list(self.chosen.terms),
             "parameters": [
-                {key: getattr(one, key) for key in ("name", "unit", "value", "error", "low", "high", "told")}
+                {key: getattr(one, key) for key in ("name", "unit", "value", "error", "low", "high", "identified")}
                 for one in self.estimates
             ],
             "scene": self.values,
@@ -245,10 +245,12 @@ def _checked(
         raise HcsearchError("there is no film to fit: give one or more files of angles")
     if not terms:
         raise HcsearchError(f"there is nothing to fit: name some of {', '.join(MOTION_TERMS)}")
-    if "friction" in terms and len(set(setup.resistance)) > 1:
-        raise HcsearchError(
-            "friction is fitted as one of all hinges, and the scene gives some their own: leave out either"
-        )
+    own = {"friction": setup.resistance, "damping": tuple(zip(setup.damping, setup.damping_time, strict=True))}
+    for term, values in own.items():
+        if term in terms and len(set(values)) > 1:
+            raise HcsearchError(
+                f"{term} is fitted as one of all hinges, and the scene gives some their own: leave out either"
+            )
     motion_parameters(linkage, setup, terms)  # raises for springs that cannot be fitted before the work begins
     return _in_order(terms)
 
@@ -300,11 +302,12 @@ def _held_out(linkage: Linkage, setup: Setup, film: Film) -> HeldOutFilm:
 def _doubts(
     linkage: Linkage, films: Sequence[Film], solved: FittedFilms, estimates: Sequence[MotionEstimate]
 ) -> Iterator[str]:
-    """Yield sentences on parameters that the films do not tell, and on a collision in the fitted motion."""
-    untold = [estimate.name for estimate in estimates if not estimate.told]
-    if untold:
-        yield f"the films do not tell {', '.join(untold)}: leave them out of --fit, or film what moves them apart"
-    if any(estimate.name.startswith("gravity") and not estimate.told for estimate in estimates):
+    """Yield sentences on parameters that the films do not identify, and on a collision in the fitted motion."""
+    unidentified = [estimate.name for estimate in estimates if not estimate.identified]
+    if unidentified:
+        names = ", ".join(unidentified)
+        yield f"the films do not identify {names}: leave them out of --fit, or film what moves them apart"
+    if any(estimate.name.startswith("gravity") and not estimate.identified for estimate in estimates):
         yield "the intervals of the other parameters hold for this direction of gravity: give it in the scene"
     course = FilmProblem(linkage, solved.parameters, films).course(solved.x, solved.releases)
     clearance = deployment_of_motion(course.compiled, course.motion).clearance

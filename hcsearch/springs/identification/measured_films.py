@@ -16,7 +16,7 @@ from hcsearch.springs.identification.measurements import MAX_MEASUREMENT_BYTES, 
 from hcsearch.system.csv_columns import CsvColumns, read_columns, rename_columns
 
 MIN_FILM_FRAMES = 8
-"""Least number of frames of a film: with fewer, noise and motion cannot be told apart."""
+"""Least number of frames of a film: with fewer, noise and motion cannot be separated."""
 MAX_FILM_ANGLE = 2.0 * math.pi
 """Greatest magnitude of a fold angle in a film, rad: hinges turn from 0 (flat) to pi, and beyond these by errors."""
 _ANGLE_COLUMN = re.compile(r"(?:(?:angle|hinge|crease)[\s_]*)?(\d+(?:\+\d+)*)[\s_]*[\[(]?(deg|rad)[\])]?", re.ASCII)

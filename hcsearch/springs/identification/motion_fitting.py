@@ -35,7 +35,7 @@ ZERO_AMOUNT = 1e-5
 TILT_STARTS = ((0.0, 0.0), (1.57, 0.0), (-1.57, 0.0), (0.0, 1.57), (0.0, -1.57), (2.8, 0.0))
 """Tilts of gravity (rad) that are tried as starts: towards all axes."""
 RIVAL_ANGLE = 0.02
-"""Angle (rad) between gravities from which on two minima are told apart."""
+"""Angle (rad) between gravities from which on two minima are distinct."""
 FIRST_AMOUNT = 0.1
 """Coordinate at which an amount begins that a simpler fit has left at 0."""
 MAX_FACTOR = math.log(1e3)

@@ -14,11 +14,11 @@ from hcsearch.springs.identification.motion_fitting import FilmProblem, FittedFi
 from hcsearch.springs.identification.motion_parameters import Parameter
 
 SINGULAR_SHARE = 1e-10
-"""Eigenvalue of the information matrix, scaled to a diagonal of 1, up to which a combination is not told."""
-UNTOLD_PART = 0.1
-"""Part that a parameter has in such a combination, from which on it is not told, either."""
+"""Eigenvalue of the information matrix, scaled to a diagonal of 1, up to which a combination is not identified."""
+UNIDENTIFIED_PART = 0.1
+"""Part that a parameter has in such a combination, from which on it is not identified, either."""
 MAX_TOLD_ERRORS = {"factor": 1.0, "tilt": 0.3}
-"""Greatest standard error of a coordinate of a told parameter: a factor e of a spring, 17 degrees of a tilt."""
+"""Greatest standard error of a coordinate of an identified parameter: a factor e of a spring, 17 degrees of a tilt."""
 MAX_AMOUNT = 1e4
 """Coordinate up to which the upper end of an amount is searched."""
 PROFILE_STEPS = 12
@@ -28,7 +28,7 @@ PROFILE_STEPS = 12
 class MotionEstimate:
     """A fitted number with its standard error and the ends of its 95 % confidence interval.
 
-    told : whether the films determine it; if not, error and ends are None.
+    identified : whether the films determine it; if not, error and ends are None.
     """
 
     name: str
@@ -39,7 +39,7 @@ class MotionEstimate:
     high: float | None
 
     @property
-    def told(self) -> bool:
+    def identified(self) -> bool:
         """Whether the films determine the number."""
         return self.high is not None
 
@@ -51,14 +51,14 @@ def estimates_of(problem: FilmProblem, fit: FittedFilms) -> tuple[MotionEstimate
     would reach below 0, the ends are found by profile likelihood: the squares grow by as much, with all else fitted.
     Where gravity in other directions fits as well, intervals reach over all these minima.
     """
-    errors, told = coordinate_errors(fit)
+    errors, identified = coordinate_errors(fit)
     half = float(t_distribution.ppf(0.5 + ESTIMATE_CONFIDENCE / 2.0, fit.freedom))
     estimates = []
     for k, parameter in enumerate(fit.parameters.parameters):
         x, error = float(fit.x[k]), float(errors[k])
         minima = [x, *(float(rival[k]) for rival in fit.rivals)]
         ends: tuple[float, float] | None = None
-        if told[k]:
+        if identified[k]:
             ends = min(minima) - half * error, max(minima) + half * error
         if parameter.kind == "amount" and (ends is None or ends[0] < 0.0):
             ends = _profile_ends(problem, fit, k, half)
@@ -75,11 +75,11 @@ def coordinate_errors(fit: FittedFilms) -> tuple[Reals, Flags]:
     columns = fit.slopes / np.where(blind, 1.0, scales)
     values, vectors = np.linalg.eigh(columns.T @ columns)
     singular = values <= SINGULAR_SHARE
-    told = ~blind & ~(np.abs(vectors[:, singular]) > UNTOLD_PART).any(axis=1)
+    identified = ~blind & ~(np.abs(vectors[:, singular]) > UNIDENTIFIED_PART).any(axis=1)
     inverse = (vectors[:, ~singular] ** 2 / values[~singular]).sum(axis=1)
     errors = np.sqrt(inverse * fit.squares / fit.freedom) / np.where(blind, 1.0, scales)
     count = len(fit.x)
-    return errors[:count], told[:count]
+    return errors[:count], identified[:count]
 
 
 def _estimate(parameter: Parameter, x: float, error: float, ends: tuple[float, float] | None) -> MotionEstimate:

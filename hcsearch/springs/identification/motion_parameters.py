@@ -73,7 +73,7 @@ class MotionParameters:
                 for hinge in parameter.hinges:
                     laws[hinge] = _changed_law(laws[hinge], value, parameter.unit)
             elif parameter.term == "damping":
-                changes |= {"damping": value, "damping_time": 0.0}
+                changes |= {"damping": (value,) * len(laws), "damping_time": (0.0,) * len(laws)}
             elif parameter.term == "friction":
                 changes["resistance"] = (value,) * len(laws)
             elif parameter.term == "drag":
