@@ -94,12 +94,12 @@ def identify_damping(
 
 
 def identify_motion(
-    paths: Sequence[str],
+    paths: Sequence[str | Path],
     what: CaseSubject | Case,
     scene: Scene | str | None = None,
     *,
     fit: Sequence[MotionTerm] = DEFAULT_MOTION_TERMS,
-    held_out: Sequence[str] = (),
+    held_out: Sequence[str | Path] = (),
     rate: float | None = None,
     panel: str | None = None,
     flat_pairs: Way | None = None,
