@@ -29,7 +29,7 @@ def test_claims_are_counted_from_the_rows():
 
 
 def test_a_set_has_its_verdict_and_its_chance():
-    row = _row("none", "tuned", SpringSet((0.1,) * 12, GOOD, None, Robustness(64, 3, 5)), 10.0)
+    row = _row("none", "tuned", SpringSet((0.1,) * 12, GOOD, robustness=Robustness(64, 3, 5)), 10.0)
     assert (row.verdict, row.flat_s) == ("not certified", None)
     assert (row.collides, row.chance) == ("3 of 64", "1% to 13%")
     assert row.stiffness == " ".join(["0.1"] * 7)

@@ -37,8 +37,9 @@ def _damaged(chance, path, content):
     root = Xml.fromstring(content)
     for _ in range(chance.randint(1, 2)):
         element, other = (chance.choice(list(root.iter())) for _ in range(2))
-        for parent in [parent for parent in root.iter() if element in list(parent)]:
-            chance.choice((parent.remove, parent.append))(element)
+        for parent in list(root.iter()):  # an element that stands in it twice has been visited before
+            if element in list(parent):
+                chance.choice((parent.remove, parent.append))(element)
         if element.attrib:
             element.attrib[chance.choice(list(element.attrib))] = chance.choice(VALUES)
         element.tag = chance.choice((element.tag, element.tag, other.tag))

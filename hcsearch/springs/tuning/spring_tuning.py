@@ -20,7 +20,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.deployment_facts import play_facts
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, tied_hinges
 from hcsearch.springs.tuning.choice import SpringSet, SpringSetFinder, evaluation_shares, spring_set_of
-from hcsearch.springs.tuning.damping_ladder import DampedSprings, damped_springs
+from hcsearch.springs.tuning.damping_ladder import DampedSprings, damped_springs, damping_factors
 from hcsearch.springs.tuning.evaluation import TUNING_STEP_TOLERANCES, EvaluationMemory, Evaluator, SceneScales
 from hcsearch.springs.tuning.part_sets import in_time, part_bounds, tied_parts
 from hcsearch.springs.tuning.spring_search import (
@@ -241,7 +241,8 @@ def tune_springs(
     try:
         # checks shrink panels by less and are coarse: the precise simulation may decide where they are undecided
         start_set = finder.with_deployment(start_set)
-        if not (start_set.confirmed and finder.with_samples(start_set).suffices):
+        multiplied = bool(damping_factors(given, options))
+        if multiplied and not (start_set.confirmed and finder.with_samples(start_set).suffices):
             damped = damped_springs(start_set, evaluator, given, options, memory, show)
         if damped is not None and damped.springs.suffices and not levels:
             finder.best = damped.springs
