@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -132,10 +133,11 @@ def is_stiff(compiled: CompiledScene) -> bool:
 
 
 def affordable_steps(run: Callable[..., Deployment], seconds: float) -> int:
-    """Return how many steps a simulation can make in a time (s); run : it, by the greatest number of its steps."""
+    """Return how many steps a simulation can make in processor time (s); run : it, by the greatest number of steps."""
     run(max_steps=1)  # loads the kernels
+    begin = time.process_time()
     probe = run(max_steps=PROBE_STEPS)
-    per_step = probe.seconds / max(1, probe.motion.steps + probe.motion.rejected)
+    per_step = (time.process_time() - begin) / max(1, probe.motion.steps + probe.motion.rejected)
     return max(1, int(seconds / per_step))
 
 
