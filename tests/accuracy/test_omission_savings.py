@@ -99,3 +99,11 @@ def test_without_inertia_no_joint_may_be_undamped():
     assert {saving.omission.name for saving in omission_savings(compiled, method=None, tolerance=1e-6)} == {
         name for name in names(compiled) if name not in {"base", "closure"}
     }
+
+
+def test_omissions_of_stiff_scenes_are_compared_by_the_method_that_ends():
+    compiled = compile_scene(linkage_named(FOLDING), Scene(damping=0.2))
+    assert simulate_compiled(compiled, certified=False).motion.method == "implicit"
+    for saving in omission_savings(compiled, method=None, tolerance=1e-6):
+        assert saving.difference is not None, saving
+        assert saving.within, saving

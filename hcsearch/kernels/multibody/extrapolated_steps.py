@@ -27,9 +27,9 @@ from hcsearch.kernels.multibody.hinges import (
     driving_power,
     friction_power,
     joint_torques,
-    law_slope,
     lost_power,
     set_factors,
+    slope_and_damping,
     write_drive_targets,
 )
 from hcsearch.kernels.multibody.tree import Work
@@ -53,12 +53,7 @@ def _euler_step(
     joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
     add_friction(mechanism.hinges, hold.slides, work.torques)
     for i in range(n):
-        slope = max(law_slope(mechanism.hinges, i, hold.branches[i], q[i]), 0.0)
-        damping = mechanism.hinges.damping[i]
-        if mechanism.hinges.stop_stiffness > 0.0 and (
-            q[i] < mechanism.hinges.lower[i] or q[i] > mechanism.hinges.upper[i]
-        ):
-            damping += mechanism.hinges.stop_damping
+        slope, damping = slope_and_damping(mechanism.hinges, i, hold.branches[i], q[i])
         work.added_inertia[i] = h * damping + h * h * slope
         work.torques[i] -= h * slope * v[i]
     state[2 * n + 1] += h

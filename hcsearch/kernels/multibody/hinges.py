@@ -129,6 +129,15 @@ def law_slope(hinges: Hinges, i: int, branch: int, q: float) -> float:
 
 
 @lean
+def slope_and_damping(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]:
+    """Return stiffness (0 or more) and damping of a joint, as implicit steps take them, with its compliant stop."""
+    slope, damping = max(law_slope(hinges, i, branch, q), 0.0), hinges.damping[i]
+    if hinges.stop_stiffness > 0.0 and (q < hinges.lower[i] or q > hinges.upper[i]):
+        damping += hinges.stop_damping
+    return slope, damping
+
+
+@lean
 def set_factors(hinges: Hinges, time: float) -> None:
     """Set the factors of laws that act from a time on; call before forces and energies at another time."""
     for i in range(len(hinges.factors)):

@@ -24,8 +24,8 @@ from hcsearch.kernels.multibody.hinges import (
     add_drive_torques,
     add_friction,
     joint_torques,
-    law_slope,
     set_factors,
+    slope_and_damping,
     write_drive_targets,
 )
 from hcsearch.kernels.multibody.integrators import IntegrationMethod, combine_stages, step_error, write_stage
@@ -51,7 +51,7 @@ def implicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> floa
     The last stage is at the end of the step (stiff accuracy), so its derivative is that at the end. The tables in
     `work` are left with the added inertia of that stage. A step whose stages are not solved is to be repeated, shorter.
     Errors are compared with the rounding error of accelerations where that is greater than the tolerance, as it may be
-    near singular states: shorter steps would not make it less.
+    near singular states, where only far shorter steps would make it less.
     """
     mechanism, hold, work, stages, end = stepper.mechanism, stepper.hold, stepper.work, stepper.stages, stepper.end
     n, last = len(hold.held), len(method.b) - 1
@@ -144,8 +144,10 @@ def _rounding_error(stepper: Stepper, g: float, guess: Reals) -> float:
     """Return how far a stage may be off by rounding, over the tolerance: `ROUNDING_SHARES` of a state's last digit."""
     end, n = stepper.end, len(stepper.hold.held)
     _iterate(stepper, g, guess)
-    for i in range(2 * n):
-        end[i] *= 1.0 + 2.0 * EPSILON
+    for i in range(n):
+        if not stepper.hold.held[i]:
+            end[i] *= 1.0 + 2.0 * EPSILON
+            end[n + i] *= 1.0 + 2.0 * EPSILON
     return ROUNDING_SHARES * _iterate(stepper, g, guess)
 
 
@@ -181,9 +183,7 @@ def _accelerate_ahead(stepper: Stepper, g: float, guess: Reals, a: Reals) -> Non
     joint_torques(hinges, hold.branches, q, v, work.torques)
     add_friction(hinges, hold.slides, work.torques)
     for i in range(n):
-        slope, damping = max(law_slope(hinges, i, hold.branches[i], q[i]), 0.0), hinges.damping[i]
-        if hinges.stop_stiffness > 0.0 and (q[i] < hinges.lower[i] or q[i] > hinges.upper[i]):
-            damping += hinges.stop_damping
+        slope, damping = slope_and_damping(hinges, i, hold.branches[i], q[i])
         ahead = g * slope if mechanism.overdamped else g * (damping + g * slope)
         work.added_inertia[i] = damping + ahead if mechanism.overdamped else ahead
         work.torques[i] += ahead * guess[i]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from hcsearch.basics.vocabulary import Ending, Integrator, Verdict
+from hcsearch.basics.vocabulary import Ending, Verdict
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, Omission, compile_scene
 from hcsearch.springs.deployment.error_estimates import angle_distances, comparison_times, estimate_errors
 from hcsearch.springs.deployment.simulated_deployment import Deployment, deployment_of_motion, simulate_compiled
@@ -17,7 +17,6 @@ from hcsearch.system.terminal import short_number
 
 TIGHT_TOLERANCES = (1e-10, 1e-11)
 """Tolerances at which motions with and without an omission are compared, and their errors estimated."""
-TIGHT_METHOD: Integrator = "dormand-prince"
 MAX_TIGHT_STEPS = 20_000
 """Greatest number of steps of these simulations."""
 SAVING_REPEATS, QUICK_REPEATS, QUICK_SECONDS = 5, 15, 0.05
@@ -130,7 +129,7 @@ def _timed(compiled: CompiledScene, method: str | None, tolerance: float) -> tup
 
 def _tight(compiled: CompiledScene) -> tuple[Deployment, ...]:
     """Simulate a scene at the tight tolerances, the loosest first."""
-    run = partial(simulate_compiled, compiled, method=TIGHT_METHOD, certified=False, max_steps=MAX_TIGHT_STEPS)
+    run = partial(simulate_compiled, compiled, certified=False, max_steps=MAX_TIGHT_STEPS)
     return tuple(run(tolerance=tolerance) for tolerance in TIGHT_TOLERANCES)
 
 
