@@ -345,11 +345,13 @@ def _expanded(name: str) -> str:
 
 
 # each number must match in one way only: with two, matching a text that is no table would take 2^n steps
-_UNSIGNED = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
-_NUMBER = rf"[+-]?{_UNSIGNED}"
-_PRELOAD = rf"[+-]{_UNSIGNED}"
+UNSIGNED_NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+"""Regular expression of a number without a sign."""
+_NUMBER = rf"[+-]?{UNSIGNED_NUMBER}"
+_PRELOAD = rf"[+-]{UNSIGNED_NUMBER}"
 _TIMED = re.compile(
-    rf"(?P<law>.*?)\s+from\s+(?P<begin>{_UNSIGNED})(?:\s+to\s+(?P<full>{_UNSIGNED}))?\s*s", re.ASCII | re.DOTALL
+    rf"(?P<law>.*?)\s+from\s+(?P<begin>{UNSIGNED_NUMBER})(?:\s+to\s+(?P<full>{UNSIGNED_NUMBER}))?\s*s",
+    re.ASCII | re.DOTALL,
 )
 _POINT = rf"{_NUMBER}@{_NUMBER}"
 _POINTS = rf"{_POINT}(?:,{_POINT})*"
@@ -384,7 +386,7 @@ _EXAMPLES = (
 
 def rounded_law_text(text: str, digits: int = 4) -> str:
     """Return the notation of a law with its numbers rounded to some significant digits, for tables that people read."""
-    return re.sub(_UNSIGNED, lambda number: short_number(float(number[0]), digits), text, flags=re.ASCII)
+    return re.sub(UNSIGNED_NUMBER, lambda number: short_number(float(number[0]), digits), text, flags=re.ASCII)
 
 
 def _one(*coefficients: float) -> LawBranch:

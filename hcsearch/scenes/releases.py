@@ -12,10 +12,10 @@ import re
 from typing import NamedTuple
 
 from hcsearch.basics.errors import SceneError
+from hcsearch.scenes.laws import UNSIGNED_NUMBER
 
-_UNSIGNED = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
-_AFTER_TIME = re.compile(rf"({_UNSIGNED})\s*s", re.ASCII)
-_AFTER_HINGE = re.compile(rf"hinge\s+(\d+(?:\+\d+)*)\s+at\s+({_UNSIGNED})\s*rad", re.ASCII)
+_AFTER_TIME = re.compile(rf"({UNSIGNED_NUMBER})\s*s", re.ASCII)
+_AFTER_HINGE = re.compile(rf"hinge\s+(\d+(?:\+\d+)*)\s+at\s+({UNSIGNED_NUMBER})\s*rad", re.ASCII)
 MAX_RELEASE_TIME, MAX_RELEASE_ANGLE = 1e12, 3.14
 """Latest time of a release, s, and greatest fold angle of the hinge that releases another, rad."""
 

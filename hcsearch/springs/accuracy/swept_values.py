@@ -11,7 +11,7 @@ import numpy as np
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.collision.panel_prisms import margin_of
 from hcsearch.scenes.laws import scaled_law
-from hcsearch.scenes.setup import Setup, natural_seconds
+from hcsearch.scenes.setup import Setup, natural_seconds, with_dampings
 from hcsearch.shape.linkage import Linkage
 
 SPREAD_SEED = 0
@@ -64,9 +64,9 @@ def _own_damping(point: ScenePoint) -> float:
 
 def _damped(point: ScenePoint, value: float) -> ScenePoint:
     """Multiply all dampers so that their mean is a value; equal ones where there are none."""
-    own, none = _own_damping(point), (0.0,) * len(point.setup.laws)
-    dampings = tuple(value * damping / own if own > 0.0 else value for damping in point.setup.dampings)
-    return replace(point, setup=replace(point.setup, damping=dampings, damping_time=none))
+    own = _own_damping(point)
+    dampings = [value * damping / own if own > 0.0 else value for damping in point.setup.dampings]
+    return replace(point, setup=with_dampings(point.setup, dampings))
 
 
 def _stiffened(point: ScenePoint, factor: float) -> ScenePoint:

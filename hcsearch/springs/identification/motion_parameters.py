@@ -15,7 +15,7 @@ from hcsearch.basics.vocabulary import MotionTerm
 from hcsearch.motion.collision.panel_prisms import REFERENCE_EDGE_LENGTH, scale_of
 from hcsearch.scenes.laws import FREE_LAW, Law, linear_law, scaled_law
 from hcsearch.scenes.scene import SceneVector
-from hcsearch.scenes.setup import Setup
+from hcsearch.scenes.setup import Setup, with_dampings
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 
@@ -73,7 +73,7 @@ class MotionParameters:
                 for hinge in parameter.hinges:
                     laws[hinge] = _changed_law(laws[hinge], value, parameter.unit)
             elif parameter.term == "damping":
-                changes |= {"damping": (value,) * len(laws), "damping_time": (0.0,) * len(laws)}
+                setup = with_dampings(setup, [value] * len(laws))
             elif parameter.term == "friction":
                 changes["resistance"] = (value,) * len(laws)
             elif parameter.term == "drag":
