@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
-from hcsearch.springs.deployment.agreement import AGREEMENT_STEPS_FACTOR, agreement_tolerances
+from hcsearch.springs.deployment.agreement import agreement_tolerances, simulated_at
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.error_estimates import (
     ErrorEstimates,
@@ -17,7 +16,6 @@ from hcsearch.springs.deployment.error_estimates import (
     estimate_errors,
     parting_time,
 )
-from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
 
 PERTURBATION = 1e-12
@@ -39,14 +37,11 @@ class DefaultErrors:
 
 def default_errors(compiled: CompiledScene, tolerance: float) -> DefaultErrors:
     """Simulate a scene at the default tolerance, at tighter ones and from a perturbed start, and estimate errors."""
-    steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
-    simulated = partial(simulate_compiled, max_steps=steps)
     first = simulate_compiled(compiled, tolerance=tolerance)
-    tighter = agreement_tolerances(tolerance, compiled.formulation)
-    others = [simulated(compiled, tolerance=other) for other in tighter]
+    others = simulated_at(compiled, agreement_tolerances(tolerance, compiled.formulation))
     clearances = clearances_of([first, *others], first.play)
     estimates = estimate_errors([first, *others], tolerance, clearances)
-    turned = simulated(perturbed(compiled), tolerance=tolerance, certified=False)
+    (turned,) = simulated_at(perturbed(compiled), (tolerance,), certified=False)
     return DefaultErrors(first, estimates, _parting(first, turned))
 
 

@@ -14,6 +14,7 @@ from functools import partial
 from typing import Literal, NamedTuple
 
 from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
+from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.error_estimates import ErrorEstimates, clearances_of, estimate_errors
 from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck
 from hcsearch.springs.deployment.play import needed_margin_of
@@ -132,6 +133,15 @@ def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agree
     return Agreement(verdict, time, reason, others)
 
 
+def simulated_at(
+    compiled: CompiledScene, tolerances: Sequence[float], *, method: str | None = None, certified: bool = True
+) -> list[Deployment]:
+    """Simulate a compiled scene at several tolerances, with as many steps as the tightest of an agreement may take."""
+    steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
+    simulated = partial(simulate_compiled, compiled, method=method, certified=certified, max_steps=steps)
+    return [simulated(tolerance=tolerance) for tolerance in tolerances]
+
+
 def confirm_deployment(
     deployment: Deployment, *, method: str | None = None, tolerance: float = 1e-6
 ) -> Agreement | None:
@@ -139,10 +149,8 @@ def confirm_deployment(
     if not is_doubtful(deployment.check):
         return None
     compiled, certified = deployment.compiled, deployment.clearance is not None
-    steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
     tolerances = tolerances_to_confirm(deployment.check, tolerance, compiled.formulation)
-    simulated = partial(simulate_compiled, compiled, method=method, certified=certified, max_steps=steps)
-    others = [simulated(tolerance=other) for other in tolerances]
+    others = simulated_at(compiled, tolerances, method=method, certified=certified)
     agreement = agreement_of_checks([other.check for other in (deployment, *others)], (tolerance, *tolerances))
     if agreement is None:
         return None
