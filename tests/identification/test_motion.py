@@ -270,3 +270,10 @@ def test_values_of_single_hinges_are_not_fitted_as_one(tmp_path, term):
     path = write(tmp_path / "film.csv", film_of(TRUE))
     with pytest.raises(HcsearchError, match=f"{term} is fitted as one of all hinges"):
         identify_motion([path], NAME, fit=("stiffness", term), hinges={"3": {term: 0.02}})
+
+
+def test_films_of_strong_dampers_are_simulated_to_their_end():
+    course = course_of(LINKAGE, setup_of_scene(Scene(damping=1.0), LINKAGE), 40.0)
+    assert (course.motion.ending, course.motion.method) == ("rest", "implicit")
+    compared = deploy(NAME, damping=1.0, seconds=40.0, tolerance=1e-8).deployment.motion
+    assert (course.motion.q == compared.q).all()

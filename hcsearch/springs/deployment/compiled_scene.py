@@ -260,11 +260,10 @@ class _Compiler:
         panel = panel_bodies(self.linkage, self.setup.density)[self.setup.held]
         base = joined_body([panel, Body(self.setup.base_mass, panel.centre, np.diag(self.setup.base_inertia))])
         base = base.share(1.0 if mirror is None else 0.5)
-        upright = np.array([0.0, 0.0, 1.0])
         if mirror is None:
             slides, turns = np.eye(3), np.eye(3)
         else:  # in the mirror plane it slides two ways and turns about one
-            slides, turns = np.array([np.cross(upright, mirror.normal), upright]), mirror.normal[None]
+            slides, turns = mirror.frame[1:], mirror.frame[:1]
         axes = [(axis, True) for axis in slides] + [(axis, False) for axis in turns]
         shift = len(axes)
         massless = Body(0.0, panel.centre, np.zeros((3, 3)))
@@ -400,6 +399,4 @@ def _lock(body: int, point: Reals, mirror: Mirror | None) -> Weld:
     """Return the weld that holds a base; in a mirror plane, in the ways in which it moves there."""
     if mirror is None:
         return Weld(GROUND, body, point)
-    upright = np.array([0.0, 0.0, 1.0])
-    frame = np.array([mirror.normal, np.cross(upright, mirror.normal), upright])
-    return Weld(GROUND, body, point, (0, 4, 5), frame)
+    return Weld(GROUND, body, point, (0, 4, 5), mirror.frame)

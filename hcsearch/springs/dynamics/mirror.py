@@ -31,6 +31,12 @@ class Mirror(ByValue):
     hinges: tuple[int, ...]
     beyond: tuple[bool, ...]
 
+    @property
+    def frame(self) -> Reals:
+        """The normal, and two directions in the plane, of which the second is up; unit vectors, (3, 3)."""
+        upright = np.array([0.0, 0.0, 1.0])
+        return np.array([self.normal, np.cross(upright, self.normal), upright])
+
 
 def mirror_of(linkage: Linkage, held: int) -> Mirror | None:
     """Find a mirror plane of the pattern that maps the held panel onto itself; None where there is none.

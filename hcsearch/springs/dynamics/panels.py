@@ -99,9 +99,7 @@ def panel_tree(
 
 def _kept_in(mirror: Mirror, body: int) -> Weld:
     """Return a weld that keeps a body in the mirror plane: no gap along its normal, no turn about directions in it."""
-    upright = np.array([0.0, 0.0, 1.0])
-    frame = np.array([mirror.normal, np.cross(upright, mirror.normal), upright])
-    return Weld(GROUND, body, mirror.point, (1, 2, 3), frame)
+    return Weld(GROUND, body, mirror.point, (1, 2, 3), mirror.frame)
 
 
 class _Step(NamedTuple):

@@ -11,8 +11,9 @@ from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
-from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, REST_ANGLE_TOLERANCE
-from hcsearch.springs.dynamics.time_integration import Motion, simulate_system
+from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, methods_of
+from hcsearch.springs.deployment.released_hinges import simulate_releases
+from hcsearch.springs.dynamics.time_integration import Motion
 from hcsearch.springs.identification.measured_films import Film
 
 COURSE_TOLERANCE = 1e-8
@@ -51,17 +52,8 @@ class FilmedCourse(ByValue):
 def course_of(linkage: Linkage, setup: Setup, seconds: float, tolerance: float = COURSE_TOLERANCE) -> FilmedCourse:
     """Simulate the deployment of a linkage in a setup for some time, s."""
     compiled = compile_scene(linkage, replace(setup, seconds=seconds))
-    motion = simulate_system(
-        compiled.system,
-        compiled.start,
-        end=seconds,
-        tolerance=tolerance,
-        restitution=setup.restitution,
-        flat=FLAT_FOLD_ANGLE,
-        watched=compiled.hinged,
-        rest=REST_ANGLE_TOLERANCE,
-    )
-    return FilmedCourse(compiled, motion)
+    methods, steps = methods_of(compiled.formulation), MAX_DEPLOYMENT_STEPS[compiled.formulation]
+    return FilmedCourse(compiled, simulate_releases(compiled, methods=methods, tolerance=tolerance, max_steps=steps))
 
 
 def film_noise(films: Sequence[Film]) -> tuple[float, int]:
