@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -65,7 +66,8 @@ def bulk_kind_of(path: str, format_name: str | None) -> tuple[BulkKind, ExportFo
     A path that ends in `.zip` is an archive; one with another ending is a file, unless it is a folder or ends in `/`.
     """
     is_archive = Path(path).suffix.lower() == ".zip"
-    is_folder = bool(path) and (Path(path).is_dir() or path.endswith(("/", "\\")) or not Path(path).suffix)
+    exists = os.path.isdir(path)  # noqa: PTH112 - a name that no file can have is none, and refused below
+    is_folder = bool(path) and (exists or path.endswith(("/", "\\")) or not Path(path).suffix)
     if not is_archive and not is_folder:
         export_format = export_format_of(path, format_name)
         if not export_format.joins:

@@ -107,6 +107,7 @@ KNOWN = [
     ("deploy", "hex:0234550132:4", "--spring", "1e308*linear:1e300"),
     ("query", "--db", "d.sqlite", "(" * 2000 + "n=6" + ")" * 2000),
     ("query", "--db", "d.sqlite", "grid=square array=4-4-4"),
+    ("export", "--db", "d.sqlite", "n=6", "--output", "a" * 5000, "--format", "svg"),
 ]
 """Lines that were accepted, hung, filled the memory or ended in a traceback."""
 
