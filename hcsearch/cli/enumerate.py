@@ -91,6 +91,7 @@ def _announce_none(plan: Plan, funnel: Funnel) -> None:
 
 
 def _print_summary(done: Enumeration) -> None:
+    from hcsearch.basics.simulation_accuracy import accuracy_sentences
     from hcsearch.basics.undecided_simulations import undecided_sentences
 
     plan, summary, funnel = done.plan, done.summary, done.summary.funnel
@@ -112,7 +113,8 @@ def _print_summary(done: Enumeration) -> None:
     if plan.scene_stages:
         click.echo(f"scene: {plan.scene.name}, panels of {plan.panel} mm")
     click.echo(f"batches: {summary.batches_done} done, {summary.batches_reused} taken from before")
-    for sentence in undecided_sentences(summary.not_decided):
+    accuracy = () if summary.accuracy is None else accuracy_sentences(summary.accuracy)
+    for sentence in (*accuracy, *undecided_sentences(summary.not_decided)):
         click.echo(sentence)
     if summary.undecided:
         foldings = "1 folding is" if summary.undecided == 1 else f"{summary.undecided:,} foldings are"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import ByValue
+from hcsearch.basics.simulation_accuracy import TrialAccuracy
 from hcsearch.basics.vocabulary import Way
 
 CircuitWords = NDArray[np.int8]
@@ -126,8 +127,11 @@ class Trial:
     clearance : smallest gap at which panels approach each other again after they have parted, m; a panel's size where
     none do. first_contact, deploy_time : s; None where there is none.
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
+    method : the integrator. omitted : names of the omissions of the compiled scene. time_saved : the share of the work
+    that these save, see `saved_share`.
     needed_margin, least_gap : m, of one that deploys, else None: the least margin at which it is certified clear, and
     the least gap of the panels as built. Where these overlap, `clearance` equals `least_gap`.
+    error_angle, error_time : estimated errors of the fold angles (rad) and of `deploy_time` (s) of one that deploys.
     as_crease : the crease of the congruent folding that was simulated in its place, or None.
     pairs : the joint of flat pairs. springs : the set of springs; empty for those of the scene.
     """
@@ -143,8 +147,13 @@ class Trial:
     deploy_time: float | None
     energy_error: float
     closure_error: float
+    method: str
+    omitted: tuple[str, ...]
+    time_saved: float
     needed_margin: float | None = None
     least_gap: float | None = None
+    error_angle: float | None = None
+    error_time: float | None = None
     as_crease: int | None = None
     pairs: Way = "rigid"
     springs: str = ""
@@ -383,6 +392,15 @@ class VerdictBatch(ByValue):
             trial for trial in trials if trial.status == "undecided" and self.folding_status[trial.folding] != "deploys"
         ]
         return {trial.folding: trial.reason for trial in reversed(undecided)}
+
+    def accuracies(self) -> list[TrialAccuracy]:
+        """Return the accuracy of each deployment that was simulated, congruent foldings left out."""
+        trials = () if self.deployment is None else self.deployment.trials
+        return [
+            TrialAccuracy(trial.time_saved, trial.error_time, trial.deploy_time)
+            for trial in trials
+            if trial.as_crease is None
+        ]
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from hcsearch.store.judgements import find_paths as find_paths
 from hcsearch.store.judgements import find_verdict as find_verdict
 from hcsearch.store.judgements import foldings_with_paths as foldings_with_paths
 from hcsearch.store.location import room_at as room_at
+from hcsearch.store.accuracies import simulation_accuracy as simulation_accuracy
 from hcsearch.store.queries import SlowQueryError as SlowQueryError
 from hcsearch.store.queries import count_rows as count_rows
 from hcsearch.store.queries import select_page as select_page

@@ -136,6 +136,25 @@ _VERDICT = (
     ),
 )
 
+# Of a deployment that becomes flat, certified clear. Worth 1/2: errors that still leave three digits of both; weights
+# are 0 unless given, since a tighter tolerance changes them, and no design is better for it.
+_ERRORS = (
+    Quantity(
+        *("error_angle", "real", "rad", "estimated greatest error of the fold angles, until tolerances part"),
+        better="lower",
+        half=1e-3,
+        label="error of angles",
+        weight=0.0,
+    ),
+    Quantity(
+        *("error_time", "real", "s", "estimated error of the time from folded to flat, with its rounding"),
+        better="lower",
+        half=1e-3,
+        label="error of time to flat",
+        weight=0.0,
+    ),
+)
+
 # Worth 1/2: what ECSS-E-ST-33-01C asks for (7.5 for margins, 3 for clearances), and figures of flown arrays. Weights
 # are 0 unless given, since the figures depend on hardware that the scene `default` does not have.
 FLIGHT_QUANTITIES = (
@@ -265,6 +284,7 @@ DESIGN_QUANTITIES = (
     ),
     *_MECHANISM,
     *_VERDICT,
+    *_ERRORS,
     Quantity(
         *("status", "text", "", "deploys, movable, undecided, locked, twisted or no_folding"),
         words=DESIGN_STATUSES,
@@ -304,6 +324,7 @@ FOLDING_QUANTITIES = (
     *_MECHANISM,
     Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", FOLDING_STATUSES),
     *_VERDICT,
+    *_ERRORS,
     *FLIGHT_QUANTITIES,
 )
 
@@ -353,6 +374,13 @@ DEPLOYMENT_QUANTITIES = (
     ),
     Quantity("energy_error", "real", "", "largest relative error of the energy balance"),
     Quantity("closure_error", "real", "mm", "largest gap of the closed loop"),
+    Quantity("method", "text", "", "integrator, or both with the time at which the second takes over"),
+    *_ERRORS,
+    Quantity("omitted", "text", "", "terms that the scene does not need and the simulation left out, by name"),
+    Quantity(
+        *("time_saved", "real", "", "share of the work that these save, from counts of joints, equations and pairs"),
+        better="higher",
+    ),
     Quantity("needed_margin", "real", "mm", "least play for each face at which it is certified clear", better="lower"),
     Quantity("least_gap", "real", "mm", "least gap of the panels as built; below 0 they overlap", better="higher"),
     Quantity("as_crease", "integer", "", "crease of the congruent folding that was simulated; null for this one"),

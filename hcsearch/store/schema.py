@@ -29,7 +29,7 @@ from sqlalchemy.types import REAL, TypeEngine
 from hcsearch.basics.vocabulary import DESIGN_STATUSES, ENDINGS, FOLDING_STATUSES, STATUSES, UNIT_PATHS, VERDICTS, WAYS
 from hcsearch.store.columns import FLIGHT_QUANTITIES
 
-SCHEMA_REVISION = "0013"
+SCHEMA_REVISION = "0014"
 """The newest migration. Revisions are numbers of four digits, so that older ones sort before newer ones. Numbers from
 0002 to 0011 were used before the first release, by other schemas."""
 
@@ -243,6 +243,12 @@ deployment = Table(
     Column("least_gap", _REAL),
     # The congruent folding that was simulated instead, or NULL.
     Column("as_crease", Integer),
+    # Added by a migration, so NULL in rows of before; names of omissions are joined by commas.
+    Column("method", _TEXT),
+    Column("error_angle", _REAL),
+    Column("error_time", _REAL),
+    Column("omitted", _TEXT),
+    Column("time_saved", _REAL),
     _of_folding("crease"),
     _one_of("pairs", WAYS),
     _one_of("status", VERDICTS),

@@ -11,8 +11,10 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, Select, case, distinct, func
 from sqlalchemy import select as sql_select
 
+from hcsearch.basics.simulation_accuracy import SimulationAccuracy
 from hcsearch.basics.vocabulary import Status
 from hcsearch.scenes import DEFAULT_SCENE_NAME
+from hcsearch.store.accuracies import accuracy_of_deployments
 from hcsearch.store.columns import VIEWS, ColumnKind, column_names
 from hcsearch.store.conditions import find_quantity, parse_query, view_table
 from hcsearch.store.database import Database
@@ -33,7 +35,7 @@ class Summary:
     locked : numbers of such designs; None if known of none. array : the common array, None for several.
     sizes : grid and number of panels, each pair once. census : (foldings, least twist, designs); None where not known.
     planned, tried : whether motions and deployments of any of them are recorded. not_decided : number of their foldings
-    that no simulation decides, by its ending.
+    that no simulation decides, by its ending. accuracy : of their deployments.
     """
 
     circuits: int
@@ -50,6 +52,7 @@ class Summary:
     planned: bool
     tried: bool
     not_decided: dict[str, int]
+    accuracy: SimulationAccuracy
 
 
 @retry_if_changed
@@ -79,6 +82,7 @@ def summarize(
             planned=_has_rows(connection, "motions", scene, ids),
             tried=_has_rows(connection, "deployments", scene, ids),
             not_decided=simulations_of(connection, ids, scene),
+            accuracy=accuracy_of_deployments(connection, ids, scene),
         )
 
 

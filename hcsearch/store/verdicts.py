@@ -307,9 +307,11 @@ def _trial_columns(deployments: DeploymentBatch, foldings: VerdictColumns, name:
     }
     columns |= {
         key: [getattr(t, key) for t in trials]
-        for key in ("scene", "pairs", "springs", "formulation", "status", "reason")
+        for key in ("scene", "pairs", "springs", "formulation", "method", "status", "reason")
     }
     columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time", "as_crease")}
+    columns |= {key: [getattr(t, key) for t in trials] for key in ("error_angle", "error_time", "time_saved")}
+    columns["omitted"] = [", ".join(trial.omitted) for trial in trials]
     columns["base"] = [name] * len(trials)
     columns["scene_values"] = [trial.values for trial in trials]
     columns |= {

@@ -29,6 +29,18 @@ def _known(verdict: str, status: str, twist: str) -> str:
     END"""
 
 
+def _error(column: str, alias: str, crease: str) -> str:
+    """Return SQL for an error of the one deployment of a folding that has become flat, certified clear, or NULL."""
+    return (
+        f"(SELECT p.{column} FROM deployment AS p WHERE p.design_id = {alias} AND p.crease = {crease} "
+        "AND p.base = :scene AND p.status = 'deploys')"
+    )
+
+
+# Each join of `designs` finds at most one row, so SQLite omits joins of which no column is selected; a join condition
+# on a column of another join would keep that one.
+_BEST = "(SELECT b.best_crease FROM outcome AS b WHERE b.design_id = d.id AND b.scene = :scene)"
+_ERRORS = ("error_angle", "error_time")
 _DESIGNS = {
     "orbit_size": "d.array_symmetry / d.symmetry",
     "two_stack": "CASE WHEN d.n_foldings > 0 THEN 1 WHEN d.n_foldings = 0 THEN 0 END",
@@ -75,9 +87,10 @@ _EXPRESSIONS = {
     | {name: f'f."{name}"' for name in _BEST_FOLDING}
     | {name: f'v."{name}"' for name in _OF_VERDICT}
     | {name: f'm."{name}"' for name in ("flat_pairs", "critical_margin", "unmet_margin")}
+    | {name: _error(name, "d.id", _BEST) for name in _ERRORS}
     | _OF_FLIGHT
     | {"known": _known("o.status", _DESIGN, "CASE WHEN d.n_foldings > 0 AND d.n_untwisted = 0 THEN 1 END")},
-    "foldings": _FOLDINGS | _OF_FLIGHT,
+    "foldings": _FOLDINGS | {name: _error(name, "f.design_id", "f.crease") for name in _ERRORS} | _OF_FLIGHT,
     "motions": {},
     "deployments": {},
     "runs": {},
@@ -85,9 +98,6 @@ _EXPRESSIONS = {
     "evaluations": {"clearance": 'e."gap" * 1000.0'},
 }
 
-# Each join of `designs` finds at most one row, so SQLite omits joins of which no column is selected; a join condition
-# on a column of another join would keep that one.
-_BEST = "(SELECT b.best_crease FROM outcome AS b WHERE b.design_id = d.id AND b.scene = :scene)"
 _SOURCES = {
     "designs": (
         "d",
@@ -136,7 +146,7 @@ def select_view_in(view: str, scene: str) -> str:
     # Quoted, because `array` is a reserved word of PostgreSQL.
     columns = {quantity.name: f'{alias}."{quantity.name}"' for quantity in VIEWS[view]} | _EXPRESSIONS[view]
     lines = ",\n".join(f'    {expression} AS "{name}"' for name, expression in columns.items())
-    return f"SELECT\n{lines}\nFROM {source.replace(':scene', sql_literal(scene))}"
+    return f"SELECT\n{lines}\nFROM {source}".replace(":scene", sql_literal(scene))
 
 
 def sql_in_scene(sql: str, scene: str) -> str:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, StageError
+from hcsearch.basics.simulation_accuracy import SimulationAccuracy, TrialAccuracy, accuracy_of_trials
 from hcsearch.basics.undecided_simulations import undecided_counts
 from hcsearch.designs.panel_sizes import panel_text
 from hcsearch.designs.records import DesignBatch, StagedDesigns, StageResult, WorkKey
@@ -160,7 +161,7 @@ class RunSummary:
     """The outcome of a run. Times are summed over processes; `arrays` of the funnel counts those of kept designs.
 
     undecided : foldings that are undecided in the scene; None where no stage judged them. not_decided : number of
-    foldings that no simulation decides, by its ending.
+    foldings that no simulation decides, by its ending. accuracy : of the deployments; None where none was simulated.
     """
 
     funnel: Funnel
@@ -169,6 +170,7 @@ class RunSummary:
     batches_reused: int
     undecided: int | None = None
     not_decided: Mapping[str, int] = field(default_factory=dict)
+    accuracy: SimulationAccuracy | None = None
 
 
 @dataclass
@@ -221,13 +223,15 @@ def run_dry(plan: Plan, progress: RunProgress | None = None, announce: AnnounceS
     pending = [piece for prefix in candidates for piece in candidate_pieces(prefix, candidates[prefix])]
     undecided_count = 0
     reasons: dict[object, str] = {}
+    trials: list[TrialAccuracy] = []
     for verdict in _judged(plan, pending, show, announce):
         totals.add(verdict.results, fresh=True)
         undecided_count += verdict.verdicts.folding_status.count("undecided")
         reasons |= {(verdict.key, folding): reason for folding, reason in verdict.verdicts.undecided_reasons().items()}
+        trials += verdict.verdicts.accuracies()
     funnel, done = totals.funnel(plan, arrays.count), len(prefixes) + len(pending)
     undecided = undecided_count if plan.scene_stages else None
-    return RunSummary(funnel, totals.seconds, done, 0, undecided, undecided_counts(reasons))
+    return RunSummary(funnel, totals.seconds, done, 0, undecided, undecided_counts(reasons), accuracy_of_trials(trials))
 
 
 def _judged(
@@ -335,12 +339,13 @@ class _Run:
         arrays = store.count_arrays(
             self.database, plan.listing_key, designs=totals.passed.get(stage_keeping(plan.keep).name, 0)
         )
-        undecided_count, not_decided = None, {}
+        undecided_count, not_decided, accuracy = None, {}, None
         if plan.scene_stages:
             undecided_count = len(store.undecided(self.database, plan.judging_key))
             not_decided = store.undecided_simulations(self.database, plan.judging_key)
+            accuracy = store.simulation_accuracy(self.database, plan.judging_key)
         funnel = totals.funnel(plan, arrays)
-        summary = RunSummary(funnel, totals.seconds, self.done, self.reused, undecided_count, not_decided)
+        summary = RunSummary(funnel, totals.seconds, self.done, self.reused, undecided_count, not_decided, accuracy)
         store.finish_run(
             self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused
         )

@@ -30,10 +30,12 @@ from hcsearch.springs.deployment.agreement import (
     agreement_of_checks,
     agreement_tolerances,
     is_doubtful,
+    simulated_at,
     tolerances_to_confirm,
 )
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
-from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck
+from hcsearch.springs.deployment.error_estimates import estimate_errors
+from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck, methods_of
 from hcsearch.springs.deployment.play import Play, needed_margin_of, play_of_deployment
 from hcsearch.springs.deployment.quick_check import (
     MAX_SCENES_PER_CALL,
@@ -41,8 +43,10 @@ from hcsearch.springs.deployment.quick_check import (
     check_deployments,
     checked_panels_of,
 )
-from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
+from hcsearch.springs.deployment.saved_work import saved_share
+from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
 from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
+from hcsearch.springs.dynamics.integration_methods import methods_text
 
 MAX_VARIANT_WORK = 5_000_000
 """Evaluations times panels after which no more variants of a folding are tried, so that large arrays do not take most
@@ -139,12 +143,13 @@ class _Verdicts:
     def _agreed(self, scenes: TriedScenes, checks: TrialChecks) -> dict[TriedVariant, Agreement]:
         """Return the agreement at other tolerances of all trials that deploy, and of doubtful ones as written."""
         deploying = {tried: scenes[tried] for tried, check in checks.items() if check.deploys}
-        plays = {tried: _play(compiled) for tried, (compiled, _) in deploying.items()}
+        motions = {tried: _motions(compiled) for tried, (compiled, _) in deploying.items()}
+        plays = {k: play_of_deployment(scene, motions[k][0].motion) for k, (scene, _) in deploying.items()}
         # motions that are clear with the margin that the first one needs are clear with the scene's
         tight = {k: (scene, checked_panels_of(scene, plays[k].needed_margin)) for k, (scene, _) in deploying.items()}
         checks_at = [self._check(tight, _as_near(tolerance)) for tolerance in agreement_tolerances(VERDICT_TOLERANCE)]
         agreements = {
-            k: self._agreement(k, scene, checks[k], [other[k] for other in checks_at], plays[k])
+            k: self._agreement(k, scene, [checks[k], *(other[k] for other in checks_at)], motions[k], plays[k])
             for k, scene in deploying.items()
         }
         for (i, variant), check in checks.items():
@@ -158,22 +163,28 @@ class _Verdicts:
         return agreements
 
     def _agreement(
-        self, tried: TriedVariant, scene: TriedScene, first: DeploymentCheck, others: list[DeploymentCheck], play: Play
+        self,
+        tried: TriedVariant,
+        scene: TriedScene,
+        checks: list[DeploymentCheck],
+        motions: Sequence[Deployment],
+        play: Play,
     ) -> Agreement:
         """Compare a check that deploys with those at other tolerances, made with the margin that the first one needs.
 
-        Those that are not clear with it are checked again with the scene's margin, and may need more.
+        Those that are not clear with it are checked again with the scene's margin, and may need more. motions : the
+        same with their states.
         """
-        tolerances, needed = agreement_tolerances(VERDICT_TOLERANCE), play.needed_margin
+        tolerances, needed = (VERDICT_TOLERANCE, *agreement_tolerances(VERDICT_TOLERANCE)), play.needed_margin
         for k, tolerance in enumerate(tolerances):
-            if others[k].outcome == "flat" and not others[k].deploys:
-                others[k] = self._check({tried: scene}, _as_near(tolerance))[tried]
-                if others[k].deploys:
-                    motion = simulate_compiled(scene[0], certified=False, **_as_near(tolerance)).motion
-                    needed = needed_margin_of(scene[0], motion, needed)
-        agreement = agreement_of_checks([first, *others], (VERDICT_TOLERANCE, *tolerances))
+            if checks[k].outcome == "flat" and not checks[k].deploys:
+                checks[k] = self._check({tried: scene}, _as_near(tolerance))[tried]
+                if checks[k].deploys:
+                    needed = needed_margin_of(scene[0], motions[k].motion, needed)
+        agreement = agreement_of_checks(checks, tolerances)
         assert agreement is not None  # as the first is flat
-        return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
+        errors = estimate_errors(motions, VERDICT_TOLERANCE)
+        return replace(agreement, needed_margin=needed, least_gap=play.least_gap, errors=errors)
 
     def _record_trial(
         self, i: int, variant: SceneVariant, scene: CompiledScene, check: DeploymentCheck, agreed: Agreement | None
@@ -259,6 +270,8 @@ class _Verdicts:
         if agreed is not None and status == "deploys" and agreed.needed_margin is not None:
             play = Play(agreed.needed_margin, agreed.least_gap)
             clearance = play.clearance(min(math.inf if check.gap is None else check.gap, size))
+        flat_time = agreed.flat_time if agreed is not None and status == "deploys" else None
+        errors = agreed.errors if agreed is not None and status == "deploys" else None
         facts = {"design": self.foldings[i].notation}
         written = replace(self.scene, panel=self.panel, flat_pairs=(variant.pairs,))
         tried = scene_of_setup(scene.setup, written, labels)
@@ -271,11 +284,16 @@ class _Verdicts:
             reason=reason,
             clearance=clearance,
             first_contact=check.collision[0] if check.collision is not None and status == "collides" else None,
-            deploy_time=agreed.flat_time if agreed is not None and status == "deploys" else None,
+            deploy_time=flat_time,
             energy_error=check.drift,
             closure_error=check.opening * size,
+            method=methods_text(methods_of(scene.formulation), check.stiff_time),
+            omitted=tuple(omission.name for omission in scene.omissions),
+            time_saved=saved_share(scene, check.evaluations, check.looks),
             needed_margin=None if play is None else play.needed_margin,
             least_gap=None if play is None else play.least_gap,
+            error_angle=None if errors is None else errors.angle,
+            error_time=None if errors is None else errors.error_of_time(flat_time),
             pairs=variant.pairs,
             springs=variant.springs,
         )
@@ -289,10 +307,10 @@ class _Verdicts:
             yield deploying
 
 
-def _play(compiled: CompiledScene) -> Play:
-    """Return the play of the first motion, simulated again as a check keeps no states."""
-    motion = simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False).motion
-    return play_of_deployment(compiled, motion)
+def _motions(compiled: CompiledScene) -> tuple[Deployment, ...]:
+    """Return the motions at all tolerances of an agreement, simulated again as checks keep no states."""
+    first = simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False)
+    return first, *simulated_at(compiled, agreement_tolerances(VERDICT_TOLERANCE), certified=False)
 
 
 def _as_near(tolerance: float) -> dict[str, Any]:

@@ -94,6 +94,12 @@ class ErrorEstimates:
     sensitive: bool
     reproducible_until: float | None
 
+    def error_of_time(self, time: float | None) -> float | None:
+        """Estimate the error of a rounded flat time (s), rounding included; None without one."""
+        if time is None or self.flat_time is None:
+            return None
+        return self.flat_time.error + abs(time - self.flat_time.value)
+
 
 def error_estimate(values: Sequence[float], factor: float = SMOOTH_FACTOR, resolution: float = 0.0) -> float:
     """Estimate the error of the first of several values of one number, the others at tighter tolerances.

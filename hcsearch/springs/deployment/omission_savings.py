@@ -103,7 +103,7 @@ def _saving(
     return OmissionSaving(
         omission,
         (full.system.n_joints, compiled.system.n_joints),
-        (_closure_equations(full), _closure_equations(compiled)),
+        (full.system.n_equations, compiled.system.n_equations),
         (kept.motion.evaluations, omitted.motion.evaluations),
         (1e3 * statistics.median(times[0]), 1e3 * statistics.median(times[1])),
         1e3 * sum(map(_median_deviation, times)),
@@ -179,7 +179,3 @@ def saving_sentence(facts: dict[str, Any]) -> str:
     if not facts["within"]:
         change += ": MORE THAN STATED" if facts["verdicts"][0] == facts["verdicts"][1] else ": ANOTHER VERDICT"
     return f"{', '.join(numbers)} (+- {short_number(facts['noise_ms'], 2)}); {change}"
-
-
-def _closure_equations(compiled: CompiledScene) -> int:
-    return sum(len(weld.kinds) for weld in compiled.system.welds)

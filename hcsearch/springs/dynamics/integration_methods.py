@@ -83,6 +83,14 @@ def method_named(name: str) -> IntegrationMethod:
     return _explicit(a, np.array(solver.B, float), np.ascontiguousarray(errors, float), order)
 
 
+def methods_text(methods: tuple[str, str], stiff_time: float) -> str:
+    """Return the names of the integrators before and from a time (s), which is infinite where there is one alone."""
+    first, second = methods
+    if first == second or stiff_time == 0.0:
+        return second
+    return first if math.isinf(stiff_time) else f"{first}, {second} from {stiff_time:.3g} s"
+
+
 def _dormand_prince() -> IntegrationMethod:
     stages = len(_DORMAND_PRINCE)
     a = np.zeros((stages, stages))

@@ -133,6 +133,11 @@ class System(ByValue):
         """Number of joints."""
         return len(self.joints)
 
+    @property
+    def n_equations(self) -> int:
+        """Number of closure equations."""
+        return sum(len(weld.kinds) for weld in self.welds)
+
     @cached_property
     def mechanism(self) -> Mechanism:
         """The system as tables for the kernels."""

@@ -25,7 +25,7 @@ from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.kernels.multibody.welds import cut_angles
-from hcsearch.springs.dynamics.integration_methods import interpolate_motion, method_named
+from hcsearch.springs.dynamics.integration_methods import interpolate_motion, method_named, methods_text
 from hcsearch.springs.dynamics.system import System
 
 SimulationStop = Literal["time", "flat", "rest", "steps", "short", "open", "diverged", "energy", "jammed", "stuck"]
@@ -111,10 +111,7 @@ class Motion(ByValue):
     @property
     def method(self) -> str:
         """The integrator, or both of them with the time at which the second one takes over."""
-        first, second = self.methods
-        if first == second or self.stiff_time == 0.0:
-            return second
-        return first if math.isinf(self.stiff_time) else f"{first}, {second} from {self.stiff_time:.3g} s"
+        return methods_text(self.methods, self.stiff_time)
 
     @property
     def drift(self) -> float:

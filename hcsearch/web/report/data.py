@@ -13,6 +13,7 @@ from importlib.metadata import version
 from typing import Any
 
 from hcsearch.basics.errors import DatabaseError, NotationError
+from hcsearch.basics.simulation_accuracy import accuracy_sentences
 from hcsearch.basics.undecided_simulations import undecided_sentences
 from hcsearch.cases.replay_sources import stored_replays
 from hcsearch.designs.circuit import Circuit
@@ -126,7 +127,10 @@ def fetch_report_data(
         total=counts.circuits,
         notes=[
             *([] if counts.planned or counts.tried else _elsewhere(database, scene)),
-            *(f"{sentence[0].upper()}{sentence[1:]}." for sentence in undecided_sentences(counts.not_decided)),
+            *(
+                f"{sentence[0].upper()}{sentence[1:]}."
+                for sentence in (*accuracy_sentences(counts.accuracy), *undecided_sentences(counts.not_decided))
+            ),
             *_notes(runs),
         ],
         size=_size(database, runs, scene),

@@ -1,0 +1,58 @@
+"""The accuracy of the deployments of a search: what was left out, and the errors of flat times, in one line."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from hcsearch.basics.vocabulary import counted
+
+
+class SimulationAccuracy(NamedTuple):
+    """The accuracy of several deployments; None where no deployment has such a number.
+
+    saved : mean share of the work that omissions save. time_error : greatest estimated error of a time to flat, over
+    that time. times : number of these times.
+    """
+
+    saved: float | None
+    time_error: float | None
+    times: int
+
+
+class TrialAccuracy(NamedTuple):
+    """The share of work saved, estimated error of the time to flat (s) and this time (s) of a deployment."""
+
+    saved: float
+    error: float | None
+    time: float | None
+
+
+def accuracy_of_trials(trials: Iterable[TrialAccuracy]) -> SimulationAccuracy:
+    """Return the accuracy of deployments, those of congruent foldings counted once."""
+    shares, errors = [], []
+    for trial in trials:
+        shares.append(trial.saved)
+        if trial.error is not None and trial.time:
+            errors.append(trial.error / trial.time)
+    return SimulationAccuracy(sum(shares) / len(shares) if shares else None, max(errors, default=None), len(errors))
+
+
+def accuracy_sentences(accuracy: SimulationAccuracy) -> tuple[str, ...]:
+    """Return a sentence on the accuracy of deployments; none without any."""
+    parts = []
+    if accuracy.saved is not None:
+        parts.append(f"left out: {accuracy.saved:.0%} of the work of a simulation".replace("%", " %"))
+    if accuracy.time_error is not None:
+        times = counted(accuracy.times, "flat time")
+        parts.append(f"error of {times} at most {_percent_at_most(accuracy.time_error)} %")
+    return ("; ".join(parts),) if parts else ()
+
+
+def _percent_at_most(share: float) -> str:
+    """Return a share in per cent with one digit, rounded up."""
+    if not 0.0 < share < math.inf:
+        return f"{100.0 * share:g}"
+    unit = 10.0 ** math.floor(math.log10(100.0 * share))
+    return f"{math.ceil(100.0 * share / unit * (1.0 - 1e-12)) * unit:.1g}"
