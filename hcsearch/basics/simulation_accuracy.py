@@ -13,30 +13,34 @@ class SimulationAccuracy(NamedTuple):
     """The accuracy of several deployments; None where no deployment has such a number.
 
     saved : mean share of the work that omissions save. time_error : greatest estimated error of a time to flat, over
-    that time. times : number of these times.
+    that time. known, unknown : numbers of deployments that become flat with such an estimate and without one.
     """
 
     saved: float | None
     time_error: float | None
-    times: int
+    known: int
+    unknown: int
 
 
 class TrialAccuracy(NamedTuple):
-    """The share of work saved, estimated error of the time to flat (s) and this time (s) of a deployment."""
+    """The share of work saved, verdict, time to flat (s) and its estimated error (s) of a deployment."""
 
     saved: float
-    error: float | None
+    verdict: str
     time: float | None
+    error: float | None
 
 
 def accuracy_of_trials(trials: Iterable[TrialAccuracy]) -> SimulationAccuracy:
     """Return the accuracy of deployments, those of congruent foldings counted once."""
-    shares, errors = [], []
+    shares, errors, flat = [], [], 0
     for trial in trials:
         shares.append(trial.saved)
+        flat += trial.verdict == "deploys"
         if trial.error is not None and trial.time:
             errors.append(trial.error / trial.time)
-    return SimulationAccuracy(sum(shares) / len(shares) if shares else None, max(errors, default=None), len(errors))
+    saved = sum(shares) / len(shares) if shares else None
+    return SimulationAccuracy(saved, max(errors, default=None), len(errors), flat - len(errors))
 
 
 def accuracy_sentences(accuracy: SimulationAccuracy) -> tuple[str, ...]:
@@ -45,8 +49,10 @@ def accuracy_sentences(accuracy: SimulationAccuracy) -> tuple[str, ...]:
     if accuracy.saved is not None:
         parts.append(f"left out: {accuracy.saved:.0%} of the work of a simulation".replace("%", " %"))
     if accuracy.time_error is not None:
-        times = counted(accuracy.times, "flat time")
+        times = counted(accuracy.known, "flat time")
         parts.append(f"error of {times} at most {_percent_at_most(accuracy.time_error)} %")
+    if accuracy.unknown:
+        parts.append(f"error of {counted(accuracy.unknown, 'flat time')} not known")
     return ("; ".join(parts),) if parts else ()
 
 

@@ -397,7 +397,7 @@ class VerdictBatch(ByValue):
         """Return the accuracy of each deployment that was simulated, congruent foldings left out."""
         trials = () if self.deployment is None else self.deployment.trials
         return [
-            TrialAccuracy(trial.time_saved, trial.error_time, trial.deploy_time)
+            TrialAccuracy(trial.time_saved, trial.status, trial.deploy_time, trial.error_time)
             for trial in trials
             if trial.as_crease is None
         ]

@@ -29,7 +29,7 @@ def accuracy_of_deployments(connection: Connection, ids: Select[Any], name: str)
     Deployments that were taken over from congruent foldings, and those of before the columns, are left out.
     """
     rows = connection.execute(
-        select(deployment.c.time_saved, deployment.c.error_time, deployment.c.deploy_time)
+        select(deployment.c.time_saved, deployment.c.status, deployment.c.deploy_time, deployment.c.error_time)
         .where(deployment.c.base == name, deployment.c.as_crease.is_(None), deployment.c.time_saved.is_not(None))
         .where(deployment.c.design_id.in_(ids))
     )

@@ -149,7 +149,8 @@ def judged(tmp_path_factory):
     path = tmp_path_factory.mktemp("judged") / "designs.sqlite"
     enumerate_ = ENUMERATE.replace("8", "10").split()
     assert CliRunner().invoke(hcsearch, [*enumerate_, str(path)]).exit_code == 0
-    tried = Trial(0, "default", "{}", "constrained", "collides", "so it was", None, 0.25, None, 1e-7, 2e-9)
+    result = "constrained", "collides", "so it was", None, 0.25, None, 1e-7, 2e-9
+    tried = Trial(0, "default", "{}", *result, "dormand-prince", ("base",), 0.4)
     with open_database(str(path), create=False) as database:
         judge(database, [(MOVES, 1, "movable", 0.5, 0.2)], trials=[tried])
         judge(database, [(MOVES, 1, "locked", None, None)], "solar", key="p#0/2")

@@ -38,6 +38,8 @@ def test_criteria_are_those_that_designs_are_ranked_by():
         ("needed_margin", "mm", "lower"),
         ("min_clearance", "mm", "higher"),
         ("deploy_time", "s", "lower"),
+        ("error_angle", "rad", "lower"),
+        ("error_time", "s", "lower"),
         ("hinges", "", "lower"),
         ("torque_margin", "", "higher"),
         ("torque_margin_failed", "", "higher"),
@@ -124,10 +126,10 @@ def test_a_weight_of_zero_leaves_a_criterion_out():
     assert weighted_score(columns, weights).tolist() == [first, second]
 
 
-def test_weights_that_are_not_given_are_one_or_none_for_figures_that_depend_on_hardware():
-    hardware = {"torque_margin", "torque_margin_failed", "deployed_hz", "latch_torque"}
-    hardware |= {"clearance_ratio", "flatness_mm_per_mrad", "area_per_volume"}
-    usual = {name: 0.0 if name in hardware else 1.0 for name in NAMES}
+def test_weights_that_are_not_given_are_one_or_none_for_figures_of_hardware_and_of_errors():
+    unweighed = {"torque_margin", "torque_margin_failed", "deployed_hz", "latch_torque"}
+    unweighed |= {"clearance_ratio", "flatness_mm_per_mrad", "area_per_volume", "error_angle", "error_time"}
+    usual = {name: 0.0 if name in unweighed else 1.0 for name in NAMES}
     assert complete_weights({}) == usual
     assert complete_weights({"dof": 3, "deployed_hz": 2}) == usual | {"dof": 3.0, "deployed_hz": 2.0}
     assert list(complete_weights({"hinges": 2, "dof": 0})) == NAMES

@@ -41,7 +41,7 @@ def stored(database_file, tmp_path):
         values = 'flat_pairs = "hinged"\n'
         trial = Trial(
             *(0, "default", values, "constrained", "collides", "panels 1 and 5 collide at 0.01 s"),
-            *(None, 0.01, None, 1e-7, 1e-9),
+            *(None, 0.01, None, 1e-7, 1e-9, "dormand-prince", ("gravity", "base"), 0.4),
             pairs="hinged",
         )
         judge(opened, [(name, crease, "movable", None, None)], trials=[trial])
@@ -181,7 +181,9 @@ def test_the_page_of_a_design_lists_its_parts(computed):
 def test_the_first_sentence_has_the_time_on_which_tolerances_agree(database_file, tmp_path, seconds, words):
     path = str(shutil.copy(database_file, tmp_path))
     trial = Trial(
-        *(0, "default", "", "constrained", "deploys", "flat"), *(0.01, None, seconds, 0.0, 0.0, 1e-5), pairs="hinged"
+        *(0, "default", "", "constrained", "deploys", "flat"),
+        *(0.01, None, seconds, 0.0, 0.0, "dormand-prince", (), 0.0, 1e-5),
+        pairs="hinged",
     )
     with open_database(path, create=False) as opened:
         number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]

@@ -91,7 +91,8 @@ def scenes(database_file, tmp_path):
         number, name = select(opened, "grid=hex n=8 untwisted", columns="id,circuit").rows[0]
         (crease,) = select(opened, f"design_id={number} untwisted", columns="crease", view="foldings").rows[0]
         judge(opened, [(name, crease, "deploys", 0.5, 1.25)])
-        tried = Trial(0, "flat", "", "constrained", "undecided", "moving at 1 s", None, None, None, 0.0, 0.0)
+        result = "constrained", "undecided", "moving at 1 s", None, None, None, 0.0, 0.0
+        tried = Trial(0, "flat", "", *result, "dormand-prince", ("base",), 0.4)
         judge(opened, [(name, crease, "undecided", None, None)], "flat", [tried])
         judge(opened, [(name, crease, "movable", None, None)], "driven")
         judge(opened, [], "long")

@@ -69,13 +69,13 @@ def test_views_have_the_promised_columns(database):
     assert " ".join(column_names("designs")) == (
         "id grid n array circuit array_symmetry symmetry orbit_size n_fixed n_foldings two_stack n_untwisted untwisted"
         " min_twist kutzbach dof merged_panels kutzbach_merged dof_merged deployable flat_pairs known"
-        " critical_margin unmet_margin needed_margin least_gap min_clearance deploy_time status"
+        " critical_margin unmet_margin needed_margin least_gap min_clearance deploy_time error_angle error_time status"
         f" score deployment_ratio hinges {FLIGHT}"
     )
     assert " ".join(column_names("foldings")) == (
         "design_id crease opposite twist untwisted kutzbach dof dof_folded dof_flat merged_panels kutzbach_merged"
         " dof_merged status deployable flat_pairs known critical_margin unmet_margin needed_margin least_gap"
-        f" min_clearance deploy_time {FLIGHT}"
+        f" min_clearance deploy_time error_angle error_time {FLIGHT}"
     )
     assert " ".join(column_names("motions")) == (
         "design_id crease scene flat_pairs needed_margin least_gap slack states reason as_crease efforts"

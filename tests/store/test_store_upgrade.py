@@ -28,7 +28,10 @@ from tests import forking, next_schema
 from tests.judging import judge
 
 SCENES = ("default", "solar")
-TRIAL = Trial(0, "hinged", 'name = "hinged"\n', "constrained", "deploys", "so it was", 1.5e-3, None, 0.5, 1e-7, 2e-9)
+TRIAL = Trial(
+    *(0, "hinged", 'name = "hinged"\n', "constrained", "deploys", "so it was", 1.5e-3, None, 0.5, 1e-7, 2e-9),
+    *("dormand-prince", ("base",), 0.4),
+)
 TABLES = ("outcome", "verdict", "motion", "score", "deployment")
 """Of what is known of designs in scenes."""
 

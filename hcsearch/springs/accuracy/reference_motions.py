@@ -112,11 +112,11 @@ def reference_motion(
     second one. HcsearchError where no simulation makes a step.
     """
     firsts, settings = reference_settings(compiled)
-    first = _reference(compiled, firsts, end, seconds)
+    first = reference_run(compiled, firsts, end, seconds)
     if first is None:
         raise HcsearchError("no simulation of this scene gets anywhere: see the reason that hcsearch deploy gives")
     others = tuple(setting for setting in settings if setting[0] != first.method)
-    second = _reference(whole, others, end, seconds) if independent else None
+    second = reference_run(whole, others, end, seconds) if independent else None
     return compared_references(first, second)
 
 
@@ -164,8 +164,13 @@ def _agreeing_until(times: Reals, distances: Reals) -> float:
     return float(times[-1] if not len(apart) else times[max(0, apart[0] - 1)])
 
 
-def _reference(compiled: CompiledScene, settings: ReferenceSettings, end: float, seconds: float) -> ReferenceRun | None:
-    """Return the first simulation that comes to an end, else the one that gets farthest; None where none has a step."""
+def reference_run(
+    compiled: CompiledScene, settings: ReferenceSettings, end: float, seconds: float
+) -> ReferenceRun | None:
+    """Return the first simulation that comes to an end, else the one that gets farthest; None where none has a step.
+
+    end, seconds : as of `reference_motion`.
+    """
     runs: list[ReferenceRun] = []
     for method, tolerance in settings:
         run = partial(simulate_compiled, compiled, method=method, tolerance=tolerance, certified=False)

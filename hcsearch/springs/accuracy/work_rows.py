@@ -199,8 +199,10 @@ def _growth(taken: Sequence[float]) -> float:
     return max(1.0, taken[-1] / taken[-2]) if len(taken) > 1 and taken[-2] else DEFAULT_GROWTH
 
 
-def measured_row(compiled: CompiledScene, reference: ReferenceMotion, blank: WorkRow, limit: float) -> WorkRow:
-    """Fill in a row: simulate once for the errors, and again for the median of the processor time.
+def measured_row(
+    compiled: CompiledScene, reference: ReferenceMotion, blank: WorkRow, limit: float, *, repeated: bool = True
+) -> WorkRow:
+    """Fill in a row: simulate once for the errors, and again for the median of the processor time, if repeated.
 
     limit : greatest time of the simulation, s, about. What comes to no answer is not repeated.
     """
@@ -212,7 +214,7 @@ def measured_row(compiled: CompiledScene, reference: ReferenceMotion, blank: Wor
     seconds, runs = time.process_time() - begin, 1
     if deployment.outcome == "out of steps" and affordable < most:
         return replace(blank, seconds=limit, note=_too_long(limit))
-    if deployment.outcome not in NO_ANSWER:
+    if repeated and deployment.outcome not in NO_ANSWER:
         deployment, seconds, runs = processor_seconds(run)
     motion = deployment.motion
     return replace(

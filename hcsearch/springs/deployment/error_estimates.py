@@ -95,10 +95,14 @@ class ErrorEstimates:
     reproducible_until: float | None
 
     def error_of_time(self, time: float | None) -> float | None:
-        """Estimate the error of a rounded flat time (s), rounding included; None without one."""
+        """Estimate the error of a rounded flat time (s), rounding included.
+
+        None without one, and where the error is as large as the time, so that nothing is known of it.
+        """
         if time is None or self.flat_time is None:
             return None
-        return self.flat_time.error + abs(time - self.flat_time.value)
+        error = self.flat_time.error + abs(time - self.flat_time.value)
+        return error if error < time else None
 
 
 def error_estimate(values: Sequence[float], factor: float = SMOOTH_FACTOR, resolution: float = 0.0) -> float:

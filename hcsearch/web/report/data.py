@@ -22,6 +22,7 @@ from hcsearch.store import Database, Summary, best_creases, rows_of_designs, sce
 from hcsearch.store.columns import DESIGN_QUANTITIES, Quantity
 from hcsearch.system.work_steps import work_step
 from hcsearch.web.player import Payload, payload_of
+from hcsearch.web.report.accuracy_section import ShownAccuracy
 from hcsearch.web.report.headline import StageCounts, headline_of, title_of
 from hcsearch.web.report.templating import database_option_text
 
@@ -61,6 +62,7 @@ class ReportData:
     columns : the quantities of a design, with their meaning.
     database_option : the command option that names the database, empty for the default one.
     page_address : address of the page of a design, with `{id}` as placeholder; empty without pages.
+    accuracy : of the deployment of the first design, if it is one that deploys.
     """
 
     title: str
@@ -81,6 +83,7 @@ class ReportData:
     scene: str = DEFAULT_SCENE_NAME
     database_option: str = ""
     page_address: str = ""
+    accuracy: ShownAccuracy | None = None
 
 
 MAX_PLAYED_DESIGNS = 2000

@@ -35,6 +35,7 @@ from hcsearch.springs.flight.rules import read_rules
 from hcsearch.springs.flight.stowage import Stowage, stowage_of
 from hcsearch.store import Database, best_creases, select
 from hcsearch.web.player import Payload, payload_of
+from hcsearch.web.report.accuracy_section import ShownAccuracy, accuracy_of_deployment
 from hcsearch.web.report.data import FoldingKey, ViewRow, deployments_of, foldings_of, motions_of
 from hcsearch.web.report.lead_sentences import design_sentence
 from hcsearch.web.report.motion_plots import marks_of_motion, plots_of
@@ -49,7 +50,7 @@ class ShownMotion:
 
     shows : the status of the folding that the motion proves: `movable`, `deploys`, `driven` by the drives of its case,
     or empty for none. flat_time : s until it is flat by springs or drives, in the digits on which tolerances agree;
-    None without agreement.
+    None without agreement. deployment : that it shows, of a motion by springs.
     """
 
     title: str
@@ -59,6 +60,7 @@ class ShownMotion:
     plots: Sequence[DrawnPlot]
     shows: str = ""
     flat_time: float | None = None
+    deployment: Deployment | None = None
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,8 @@ class ShownFolding:
 
     row : of the view `foldings`, empty if not stored. status : a word, or `twisted`.
     reason : the reason for the status. deployments : rows of `deployments`. locks : sentences on each end state,
-    followed by more precise ones. sheet : the flight sheet of the best folding, if it moves. bill : its parts.
+    followed by more precise ones. sheet : the flight sheet of the best folding, if it moves. accuracy : of its
+    deployment. bill : its parts.
     """
 
     folding: Folding
@@ -81,6 +84,7 @@ class ShownFolding:
     locks: Sequence[Sequence[str]] = ()
     motions: Sequence[ShownMotion] = ()
     sheet: FlightSheet | None = None
+    accuracy: ShownAccuracy | None = None
     bill: BillOfMaterials | None = None
 
 
@@ -147,6 +151,7 @@ def fetch_design_data(
         command = f"hcsearch sheet {notation}{scene_option_text(scene, stored.database_option)}"
         with suppress(HcsearchError):
             shown[0] = _with_sheet(shown[0], resolve(notation, db, scene=scene, path=True), command)
+        shown[0] = _with_accuracy(shown[0])
     data = _design_data(f"Design {number}", circuit, shown, values, scene)
     return replace(data, row=stored.design, best=stored.best)
 
@@ -161,6 +166,7 @@ def fetch_computed_data(circuit: Circuit, computed: Sequence[ComputedFolding], s
         best = next(one for one in computed if one.folding.crease == shown[0].folding.crease)
         with suppress(HcsearchError):
             shown[0] = _with_sheet(shown[0], best.case, f"hcsearch sheet {best.subject}")
+        shown[0] = _with_accuracy(shown[0])
     return _design_data(f"Design {circuit.notation}", circuit, shown, scene, scene.name)
 
 
@@ -292,6 +298,15 @@ def _with_sheet(shown: ShownFolding, case: Case, command: str) -> ShownFolding:
     return replace(shown, sheet=sheet, motions=motions)
 
 
+def _with_accuracy(shown: ShownFolding) -> ShownFolding:
+    """Return a folding with the accuracy of its motion by springs, if it has one."""
+    for motion in shown.motions:
+        if motion.deployment is not None:
+            command = motion.command.replace("hcsearch deploy", "hcsearch accuracy", 1)
+            return replace(shown, accuracy=accuracy_of_deployment(motion.deployment, command))
+    return shown
+
+
 def _computed_motions(computed: ComputedFolding) -> list[ShownMotion]:
     """Return the planned path of a folding and its motion by springs; if springs open it, theirs comes first."""
     motions, case, subject = [], computed.case, computed.subject
@@ -368,7 +383,8 @@ def _springs_motion(
     payload, source = payload_of(replay), "; ".join(filter(None, (replay.source, *collisions, play)))
     title = spring_motion_title(deployment)
     plots = plots_of(replay, payload, deployment, flat_time)
-    return ShownMotion(title, source, command, payload, plots, flat_time=flat_time)
+    springs = deployment if deployment.driven is None else None
+    return ShownMotion(title, source, command, payload, plots, flat_time=flat_time, deployment=springs)
 
 
 def spring_motion_title(deployment: Deployment) -> str:

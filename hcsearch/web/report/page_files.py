@@ -159,6 +159,7 @@ def render_report(data: ReportData) -> str:
         .render(
             data=data,
             census=census_table(data),
+            swatch=lambda k: Markup(curve_swatch(k)),
             first=_first_picture(data),
             # Trusted: JSON with HTML marks escaped, and files of this package.
             payload=Markup(as_script(page_data(data))),

@@ -84,10 +84,10 @@ def stored_motion_json(db: str, circuit: Circuit, number: int, crease: int, scen
                 rows = foldings_of(database, [number], scene).get(number, ())
                 deployments = deployments_of(database, [number], scene).get((number, crease), ())
                 row = next((row for row in rows if row["crease"] == crease), {})
-                deployed = None
+                deciding = None
                 with suppress(HcsearchError):  # its scene does not suit it: the path plays
-                    deployed = deciding_deployment(database, f"{circuit.notation}:{crease}", row, deployments)
-                return motion_json(replay if deployed is None else deployed)
+                    deciding = deciding_deployment(database, f"{circuit.notation}:{crease}", row, deployments)
+                return motion_json(replay if deciding is None else deciding.replay)
     raise HcsearchError(f"the path of folding {crease} is no longer in the database: open the list again")
 
 
