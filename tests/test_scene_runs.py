@@ -38,6 +38,7 @@ def path(tmp_path_factory):
         text = call("enumerate", "--grid", "hex", "--n", 8, "--keep", "untwisted", "--db", file, *more)
         assert "movable" in text
         assert "deployed by springs" in text
+        assert re.search(r"^left out: [1-9]\d % of the work of a simulation", text, re.MULTILINE)
     assert "scene: 1000x1000x20, panels of 1000x1000x20 mm" in text
     assert "1 taken from before" in text  # what depends on no scene
     return file

@@ -61,4 +61,4 @@ def _percent_at_most(share: float) -> str:
     if not 0.0 < share < math.inf:
         return f"{100.0 * share:g}"
     unit = 10.0 ** math.floor(math.log10(100.0 * share))
-    return f"{math.ceil(100.0 * share / unit * (1.0 - 1e-12)) * unit:.1g}"
+    return f"{math.ceil(100.0 * share / unit * (1.0 - 1e-12)) * unit:.12g}"

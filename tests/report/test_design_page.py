@@ -70,6 +70,19 @@ def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(co
     assert computed.row == {}
 
 
+def test_the_best_motion_by_springs_has_its_accuracy(computed):
+    accuracy = computed.foldings[0].accuracy
+    assert accuracy.command == "hcsearch accuracy hex:0234550132:4"
+    assert re.fullmatch(r"fold angles within [1-9]e-0[67] rad, 39 % of the work left out", accuracy.summary)
+    assert [omission.name for omission in accuracy.omissions] == ["gravity", "base", "pairs"]
+    assert accuracy.plot.svg.count('class="curve"') == 1
+    assert "default" in accuracy.plot.svg
+    assert "One run at each tolerance from 1e-3 to 1e-8" in accuracy.plot.note
+    text = render_design(computed)
+    assert f"Accuracy: {accuracy.summary}" in text
+    assert "six freedoms of a floating base" in text
+
+
 def test_curves_are_named_by_crease_and_each_hinge_has_one(computed):
     for motion in computed.foldings[0].motions[:2]:
         angles = motion.plots[1]

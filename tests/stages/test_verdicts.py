@@ -156,7 +156,38 @@ def test_what_deploys_in_a_trial_does_so_when_it_is_simulated_alone(tens):
         linkage = folding_at(own.circuits, own.foldings, trial.folding).linkage(flat_pairs=scene.flat_pairs[0])
         alone = simulate_deployment(linkage, scene, keep=STOPS)
         assert (alone.outcome, alone.clearance.kind, alone.verdict) == ("flat", "clear", "deploys")
-        assert confirm_deployment(alone).flat_time == trial.deploy_time
+        agreement = confirm_deployment(alone)
+        assert agreement.flat_time == trial.deploy_time
+        assert agreement.errors.angle == trial.error_angle
+        assert trial.method == alone.motion.method
+        assert trial.omitted == tuple(omission.name for omission in alone.compiled.omissions)
+
+
+def test_stored_errors_are_at_least_those_beside_a_method_of_order_eight(tens):
+    own, _, deployments = tens
+    chosen = [trial for trial in deployments.trials if trial.status == "deploys"]
+    smooth = [trial for trial in chosen if trial.error_angle < 1e-3]
+    assert len(smooth) > 1
+    for trial in smooth:
+        scene = scene_in(read_scene_text(trial.values, "the trial"))
+        linkage = folding_at(own.circuits, own.foldings, trial.folding).linkage(flat_pairs=scene.flat_pairs[0])
+        one = simulate_deployment(linkage, scene, keep=STOPS, certified=False)
+        exact = simulate_deployment(
+            *(linkage, scene), method="dormand-prince-8", tolerance=1e-13, keep=STOPS, certified=False
+        )
+        times = np.linspace(0.0, min(one.motion.times[-1], exact.motion.times[-1]), 300)
+        error = np.abs(one.angles_at(times) - exact.angles_at(times)).max()
+        assert 0.0 < error <= trial.error_angle
+        assert abs(trial.deploy_time - exact.flat_time) <= trial.error_time < 1e-2 * trial.deploy_time
+
+
+def test_errors_are_those_of_what_deploys_alone_and_each_trial_saves_work(tens):
+    _, _, deployments = tens
+    for trial in deployments.trials:
+        assert (trial.error_angle is not None) == (trial.status == "deploys")
+        assert trial.method == "dormand-prince"
+        assert {"gravity", "base", "pairs"} <= set(trial.omitted)
+        assert 0.2 < trial.time_saved < 0.8
 
 
 def test_a_motion_along_singular_states_is_no_deployment(tens):

@@ -25,6 +25,7 @@ from hcsearch.store import (
     scene_names,
     schema,
     select,
+    simulation_accuracy,
     undecided,
 )
 from tests.judging import judge, verdicts_of
@@ -107,6 +108,13 @@ def test_a_verdict_is_stored_with_its_deployments(listed):
     assert rows == ((3, "default", "collides", None, 0.25, None), (3, "hinged", "deploys", 1.5, None, 0.5))
     errors = select(listed, view="deployments", columns="base,energy_error,closure_error", limit=1).rows
     assert errors == (("default", 1e-7, pytest.approx(2e-6)),)
+    rows = select(listed, view="deployments", columns="method,error_angle,error_time,omitted,time_saved").rows
+    same = "dormand-prince", "gravity, base"
+    assert rows == ((same[0], None, None, same[1], 0.4), (same[0], 2e-5, 1e-3, same[1], 0.4))
+    assert simulation_accuracy(listed, replace(WORK, scene="default")) == (0.4, 2e-3, 1, 0)
+    of_designs = select(listed, "error_time<1", columns="circuit,error_angle,error_time").rows
+    assert of_designs == (("hex:c", 2e-5, 1e-3),)
+    assert select(listed, "error_angle<1", columns="crease,error_time", view="foldings").rows == ((3, 1e-3),)
     assert [row["scene"] for row in find_design(listed, "hex:c")["deployments"]] == ["default", "hinged"]
     shown = select(listed, columns="circuit,status,deployable").rows
     assert shown == (("hex:a", "no_folding", 0), ("hex:b", "twisted", 0), ("hex:c", "deploys", 1))

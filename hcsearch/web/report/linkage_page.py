@@ -115,7 +115,7 @@ def render_linkage(data: LinkageData) -> str:
             picture=Markup(f'<div class="picture">{data.picture}</div>'),
             swatch=lambda k: Markup(curve_swatch(k)),
             payload=Markup(as_script([motion.payload for motion in data.motions])),
-            style=Markup(page_style("style.css", "design.css")),
+            style=Markup(page_style("style.css", "plots.css", "design.css")),
             scripts=[Markup(script) for script in scripts],
             digests=[digest_of(script) for script in scripts],
         )

@@ -60,7 +60,7 @@ def render_design(data: DesignData) -> str:
             circuit_picture=lambda: _picture(Circuit.from_notation(data.notation), data.size, data.notation),
             swatch=lambda k: Markup(curve_swatch(k)),
             payload=Markup(as_script(payloads)),
-            style=Markup(page_style("style.css", "design.css")),
+            style=Markup(page_style("style.css", "plots.css", "design.css")),
             scripts=[Markup(script) for script in scripts],
             digests=[digest_of(script) for script in scripts],
         )
@@ -163,7 +163,7 @@ def render_report(data: ReportData) -> str:
             first=_first_picture(data),
             # Trusted: JSON with HTML marks escaped, and files of this package.
             payload=Markup(as_script(page_data(data))),
-            style=Markup(page_style("style.css")),
+            style=Markup(page_style("style.css", "plots.css")),
             scripts=[Markup(script) for script in scripts],
             digests=[digest_of(script) for script in scripts],
         )

@@ -234,6 +234,6 @@ def _hinges(curve: PlotCurve) -> str:
 
 
 def _stroke(drawn: CurveLook) -> str:
-    """Return the SVG attributes of a curve; dashes in pixels, as its line is two pixels wide (design.css)."""
+    """Return the SVG attributes of a curve; dashes in pixels, as its line is two pixels wide (plots.css)."""
     dashes = " ".join(f"{2.0 * length:g}" for length in drawn.dashes)
     return f' stroke="{drawn.colour}"' + (f' stroke-dasharray="{dashes}"' if dashes else "")

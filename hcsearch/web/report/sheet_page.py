@@ -110,7 +110,7 @@ def render_sheet(sheet: FlightSheet) -> str:
             drawn=sheet_drawings(sheet),
             cells=sheet_cells(sheet),
             payload=Markup(as_script([])),
-            style=Markup(page_style("style.css", "design.css")),
+            style=Markup(page_style("style.css", "plots.css", "design.css")),
             scripts=[],
             digests=[],
         )
