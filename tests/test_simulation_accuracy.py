@@ -13,9 +13,9 @@ UNTIMED, COLLIDES = TrialAccuracy(0.4, "deploys", None, None), TrialAccuracy(0.4
 
 def test_shares_are_averaged_and_the_greatest_error_counts():
     accuracy = accuracy_of_trials([FLAT, LOOSE, COLLIDES])
-    assert accuracy == SimulationAccuracy(pytest.approx(0.4), pytest.approx(4e-3), 2, 0)
+    assert accuracy == SimulationAccuracy(pytest.approx(0.4), pytest.approx(4e-3), pytest.approx(2.25e-3), 2, 0)
     assert accuracy_sentences(accuracy) == (
-        "left out: 40 % of the work of a simulation; error of 2 flat times at most 0.4 %",
+        "left out: 40 % of the work of a simulation; error of 2 flat times at most 0.4 %, half of them at most 0.3 %",
     )
 
 
@@ -30,5 +30,5 @@ def test_without_deployments_nothing_is_said():
 
 @pytest.mark.parametrize(("error", "words"), [(0.00401, "0.5 %"), (0.0096, "1 %"), (0.123, "20 %"), (0.0, "0 %")])
 def test_errors_are_rounded_up(error, words):
-    (sentence,) = accuracy_sentences(SimulationAccuracy(None, error, 1, 0))
+    (sentence,) = accuracy_sentences(SimulationAccuracy(None, error, error, 1, 0))
     assert sentence == f"error of 1 flat time at most {words}"

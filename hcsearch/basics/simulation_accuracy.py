@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -12,12 +13,14 @@ from hcsearch.basics.vocabulary import counted
 class SimulationAccuracy(NamedTuple):
     """The accuracy of several deployments; None where no deployment has such a number.
 
-    saved : mean share of the work that omissions save. time_error : greatest estimated error of a time to flat, over
-    that time. known, unknown : numbers of deployments that become flat with such an estimate and without one.
+    saved : mean share of the work that omissions save. time_error, median_error : greatest and median estimated error
+    of a time to flat, over that time. known, unknown : numbers of deployments that become flat with such an estimate
+    and without one.
     """
 
     saved: float | None
     time_error: float | None
+    median_error: float | None
     known: int
     unknown: int
 
@@ -40,7 +43,9 @@ def accuracy_of_trials(trials: Iterable[TrialAccuracy]) -> SimulationAccuracy:
         if trial.error is not None and trial.time:
             errors.append(trial.error / trial.time)
     saved = sum(shares) / len(shares) if shares else None
-    return SimulationAccuracy(saved, max(errors, default=None), len(errors), flat - len(errors))
+    known = len(errors)
+    median = statistics.median(errors) if errors else None
+    return SimulationAccuracy(saved, max(errors, default=None), median, known, flat - known)
 
 
 def accuracy_sentences(accuracy: SimulationAccuracy) -> tuple[str, ...]:
@@ -48,9 +53,11 @@ def accuracy_sentences(accuracy: SimulationAccuracy) -> tuple[str, ...]:
     parts = []
     if accuracy.saved is not None:
         parts.append(f"left out: {accuracy.saved:.0%} of the work of a simulation".replace("%", " %"))
-    if accuracy.time_error is not None:
-        times = counted(accuracy.known, "flat time")
-        parts.append(f"error of {times} at most {_percent_at_most(accuracy.time_error)} %")
+    if accuracy.time_error is not None and accuracy.median_error is not None:
+        times, half = counted(accuracy.known, "flat time"), ""
+        if accuracy.known > 1:
+            half = f", half of them at most {_percent_at_most(accuracy.median_error)} %"
+        parts.append(f"error of {times} at most {_percent_at_most(accuracy.time_error)} %{half}")
     if accuracy.unknown:
         parts.append(f"error of {counted(accuracy.unknown, 'flat time')} not known")
     return ("; ".join(parts),) if parts else ()

@@ -184,7 +184,7 @@ def test_the_page_of_a_design_lists_its_parts(computed):
     (shown,) = computed.foldings
     page = Page(render_design(computed))
     texts = [text for tag, text in page.texts if tag == "caption"]
-    assert texts == ["Panels", "Hinges", "Springs"]
+    assert texts == ["What the simulation leaves out", "Panels", "Hinges", "Springs"]
     assert any(tag == "summary" and "8 panels of 213.2 g together" in text for tag, text in page.texts)
     lengths = [text for tag, text in page.texts if tag == "td"]
     assert {"linear:0.1", "valley", "mountain", f"{1e3 * shown.bill.panels[0].mass:.4g}"} <= set(lengths)

@@ -111,7 +111,7 @@ def test_a_verdict_is_stored_with_its_deployments(listed):
     rows = select(listed, view="deployments", columns="method,error_angle,error_time,omitted,time_saved").rows
     same = "dormand-prince", "gravity, base"
     assert rows == ((same[0], None, None, same[1], 0.4), (same[0], 2e-5, 1e-3, same[1], 0.4))
-    assert simulation_accuracy(listed, replace(WORK, scene="default")) == (0.4, 2e-3, 1, 0)
+    assert simulation_accuracy(listed, replace(WORK, scene="default")) == (0.4, 2e-3, 2e-3, 1, 0)
     of_designs = select(listed, "error_time<1", columns="circuit,error_angle,error_time").rows
     assert of_designs == (("hex:c", 2e-5, 1e-3),)
     assert select(listed, "error_angle<1", columns="crease,error_time", view="foldings").rows == ((3, 1e-3),)
