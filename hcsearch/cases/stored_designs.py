@@ -85,9 +85,21 @@ class StoredDesign:
         scene = deployment_scene_name(tried, self.verdicts[folding.crease, tried["base"]])
         return [
             f"deployment, {tried['scene']}: {tried['status']}, {tried['reason']}",
-            *filter(None, [play_sentence(tried["needed_margin"])]),
+            *filter(None, [play_sentence(tried["needed_margin"]), accuracy_of_row(tried)]),
             f"hcsearch deploy {folding.notation} --scene {shlex.quote(scene)}{self.location_option}",
         ]
+
+
+def accuracy_of_row(tried: Mapping[str, Any]) -> str:
+    """Return a sentence on the method, errors and omissions of a stored deployment; empty for one of before these."""
+    if tried["method"] is None:
+        return ""
+    names = {"fold angles": ("error_angle", "rad"), "time to flat": ("error_time", "s")}
+    known = [(words, tried[column], unit) for words, (column, unit) in names.items() if tried[column] is not None]
+    errors = [f"{words} +- {error:.0e} {unit}" for words, error, unit in known]
+    saved = f"{tried['time_saved']:.0%}".replace("%", " %")
+    left_out = f"left out: {tried['omitted']}, {saved} of the work" if tried["omitted"] else ""
+    return "; ".join(filter(None, [f"by {tried['method']}", ", ".join(errors), left_out]))
 
 
 def stored_design(name: str, db: Place | None, *, scene: str | None, panel: str | None) -> StoredDesign:
