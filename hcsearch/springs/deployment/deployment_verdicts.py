@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -30,7 +31,6 @@ from hcsearch.springs.deployment.agreement import (
     agreement_of_checks,
     agreement_tolerances,
     is_doubtful,
-    simulated_at,
     tolerances_to_confirm,
 )
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
@@ -41,12 +41,14 @@ from hcsearch.springs.deployment.quick_check import (
     MAX_SCENES_PER_CALL,
     CheckedPanels,
     check_deployments,
+    check_with_motion,
     checked_panels_of,
 )
 from hcsearch.springs.deployment.saved_work import saved_share
-from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
+from hcsearch.springs.deployment.simulated_deployment import Deployment, deployment_of_motion, simulate_compiled
 from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from hcsearch.springs.dynamics.integration_methods import methods_text
+from hcsearch.springs.dynamics.time_integration import Motion
 
 MAX_VARIANT_WORK = 5_000_000
 """Evaluations times panels after which no more variants of a folding are tried, so that large arrays do not take most
@@ -60,6 +62,7 @@ FOLDINGS_IN_MEMORY = 256
 TriedVariant = tuple[int, SceneVariant]
 TriedScene = tuple[CompiledScene, CheckedPanels]
 TriedScenes = dict[TriedVariant, TriedScene]
+CheckedMotion = tuple[DeploymentCheck, Motion]
 TrialChecks = dict[TriedVariant, DeploymentCheck]
 
 
@@ -143,47 +146,58 @@ class _Verdicts:
     def _agreed(self, scenes: TriedScenes, checks: TrialChecks) -> dict[TriedVariant, Agreement]:
         """Return the agreement at other tolerances of all trials that deploy, and of doubtful ones as written."""
         deploying = {tried: scenes[tried] for tried, check in checks.items() if check.deploys}
-        motions = {tried: _motions(compiled) for tried, (compiled, _) in deploying.items()}
-        plays = {k: play_of_deployment(scene, motions[k][0].motion) for k, (scene, _) in deploying.items()}
+        firsts = {tried: _first_motion(compiled) for tried, (compiled, _) in deploying.items()}
+        plays = {k: play_of_deployment(first.compiled, first.motion) for k, first in firsts.items()}
         # motions that are clear with the margin that the first one needs are clear with the scene's
         tight = {k: (scene, checked_panels_of(scene, plays[k].needed_margin)) for k, (scene, _) in deploying.items()}
-        checks_at = [self._check(tight, _as_near(tolerance)) for tolerance in agreement_tolerances(VERDICT_TOLERANCE)]
+        others = self._check_with_motions(tight)
         agreements = {
-            k: self._agreement(k, scene, [checks[k], *(other[k] for other in checks_at)], motions[k], plays[k])
-            for k, scene in deploying.items()
+            k: self._agreement(k, scene, checks[k], others[k], firsts[k], plays[k]) for k, scene in deploying.items()
         }
         for (i, variant), check in checks.items():
             if variant.as_written and check.outcome != "flat" and is_doubtful(check):
                 tried = {(i, variant): scenes[i, variant]}
                 tolerances = tolerances_to_confirm(check, VERDICT_TOLERANCE)
-                others = [self._check(tried, _as_near(tolerance))[i, variant] for tolerance in tolerances]
-                agreement = agreement_of_checks([check, *others], (VERDICT_TOLERANCE, *tolerances))
+                checked = [check, *(self._check(tried, _as_near(tolerance))[i, variant] for tolerance in tolerances)]
+                agreement = agreement_of_checks(checked, (VERDICT_TOLERANCE, *tolerances))
                 if agreement is not None:
                     agreements[i, variant] = agreement
         return agreements
+
+    def _check_with_motions(self, scenes: TriedScenes) -> dict[TriedVariant, list[CheckedMotion]]:
+        """Check scenes at the other tolerances of an agreement."""
+        tolerances = agreement_tolerances(VERDICT_TOLERANCE)
+        calls = [(*tried, tolerance) for tried in scenes.values() for tolerance in tolerances]
+        with ThreadPoolExecutor(self.threads) as pool:  # the kernel releases the global interpreter lock
+            checked = list(pool.map(lambda call: check_with_motion(call[0], call[1], **_as_near(call[2])), calls))
+        count = len(tolerances)
+        return {tried: checked[k * count : (k + 1) * count] for k, tried in enumerate(scenes)}
 
     def _agreement(
         self,
         tried: TriedVariant,
         scene: TriedScene,
-        checks: list[DeploymentCheck],
-        motions: Sequence[Deployment],
+        check: DeploymentCheck,
+        others: Sequence[CheckedMotion],
+        first: Deployment,
         play: Play,
     ) -> Agreement:
         """Compare a check that deploys with those at other tolerances, made with the margin that the first one needs.
 
-        Those that are not clear with it are checked again with the scene's margin, and may need more. motions : the
-        same with their states.
+        Those that are not clear with it are checked again with the scene's margin, and may need more. first : the first
+        one with its states.
         """
-        tolerances, needed = (VERDICT_TOLERANCE, *agreement_tolerances(VERDICT_TOLERANCE)), play.needed_margin
-        for k, tolerance in enumerate(tolerances):
-            if checks[k].outcome == "flat" and not checks[k].deploys:
-                checks[k] = self._check({tried: scene}, _as_near(tolerance))[tried]
-                if checks[k].deploys:
-                    needed = needed_margin_of(scene[0], motions[k].motion, needed)
-        agreement = agreement_of_checks(checks, tolerances)
+        tolerances, needed, checks = agreement_tolerances(VERDICT_TOLERANCE), play.needed_margin, [check]
+        for tolerance, (other, motion) in zip(tolerances, others, strict=True):
+            checks.append(other)
+            if other.outcome == "flat" and not other.deploys:
+                checks[-1] = self._check({tried: scene}, _as_near(tolerance))[tried]
+                if checks[-1].deploys:
+                    needed = needed_margin_of(scene[0], motion, needed)
+        agreement = agreement_of_checks(checks, (VERDICT_TOLERANCE, *tolerances))
         assert agreement is not None  # as the first is flat
-        errors = estimate_errors(motions, VERDICT_TOLERANCE)
+        deployments = [first, *(deployment_of_motion(scene[0], motion, 0.0, certified=False) for _, motion in others)]
+        errors = estimate_errors(deployments, VERDICT_TOLERANCE, figures=False)
         return replace(agreement, needed_margin=needed, least_gap=play.least_gap, errors=errors)
 
     def _record_trial(
@@ -307,10 +321,9 @@ class _Verdicts:
             yield deploying
 
 
-def _motions(compiled: CompiledScene) -> tuple[Deployment, ...]:
-    """Return the motions at all tolerances of an agreement, simulated again as checks keep no states."""
-    first = simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False)
-    return first, *simulated_at(compiled, agreement_tolerances(VERDICT_TOLERANCE), certified=False)
+def _first_motion(compiled: CompiledScene) -> Deployment:
+    """Return the first motion of an agreement, simulated again as checks of many scenes keep no states."""
+    return simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False)
 
 
 def _as_near(tolerance: float) -> dict[str, Any]:

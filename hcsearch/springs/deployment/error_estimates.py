@@ -133,11 +133,12 @@ def clearances_of(deployments: Sequence[Deployment], play: Play | None = None) -
 
 
 def estimate_errors(
-    deployments: Sequence[Deployment], tolerance: float, clearances: Clearances | None = None
+    deployments: Sequence[Deployment], tolerance: float, clearances: Clearances | None = None, *, figures: bool = True
 ) -> ErrorEstimates | None:
     """Estimate the errors of a deployment, the first one, from others at tighter tolerances, the tightest last.
 
-    tolerance : of the first. clearances : of all, if they are wanted. None where there are no others, one has no states
+    tolerance : of the first. clearances : of all, if they are wanted. figures : whether those of the latch rate and the
+    torque are. None where there are no others, one has no states
     to compare, or the first diverges.
     """
     first, others = deployments[0], deployments[1:]
@@ -159,8 +160,8 @@ def estimate_errors(
         angle=min(factor * greatest + ANGLE_ROUNDING, math.pi),
         flat_time=_bar([one.flat_time for one in deployments], factor),
         clearance=None if clearances is None else _bar(clearances.gaps, factor, clearances.resolution),
-        latch_rate=_bar([greatest_latch_rate(one, end) for one in deployments], factor),
-        torque=_bar([greatest_torque(one, end) for one in deployments], factor),
+        latch_rate=_bar([greatest_latch_rate(one, end) for one in deployments], factor) if figures else None,
+        torque=_bar([greatest_torque(one, end) for one in deployments], factor) if figures else None,
         sensitive=sensitive,
         reproducible_until=parting,
     )

@@ -13,6 +13,7 @@ import numpy as np
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.clearance_search import MOTION_CLEAR, MOTION_COLLIDES
 from hcsearch.kernels.deployment_batch import CheckFindings, CheckingRules, SceneTables, check_foldings
+from hcsearch.kernels.multibody.recording import SimulationRecord
 from hcsearch.motion.collision.panel_prisms import Solids, collision_solids, resolution_of
 from hcsearch.motion.collision.panel_reaches import slack_of
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
@@ -25,7 +26,13 @@ from hcsearch.springs.deployment.outcomes import (
     outcome_of,
 )
 from hcsearch.springs.dynamics.integration_methods import method_named
-from hcsearch.springs.dynamics.time_integration import SIMULATION_STOPS, plan_for, record_for
+from hcsearch.springs.dynamics.time_integration import (
+    SIMULATION_STOPS,
+    Motion,
+    motion_of_record,
+    plan_for,
+    record_for,
+)
 
 MAX_SCENES_PER_CALL = 16
 """Greatest number of scenes in one call of the kernel, so that threads end together and tables need little memory."""
@@ -72,11 +79,7 @@ def check_deployments(
         screens = [checked_panels_of(compiled) for compiled in scenes]
     subjects = [_subject(compiled, panels) for compiled, panels in zip(scenes, screens, strict=True)]
     for i, (compiled, panels, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
-        setup, exactness = compiled.setup, (panels.solids.margin, resolution_of(compiled.linkage))
-        if setup.hold_downs or setup.law_times:
-            raise HcsearchError("the quick check is of scenes without hold-downs and laws in time: leave them out")
-        if compiled.formulation not in {"constrained", "compliant"} or setup.free:
-            raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
+        setup, exactness = compiled.setup, _exactness(compiled, panels)
         key = (compiled.formulation, compiled.seconds, setup.restitution, setup.cut_stiffness, setup.cut_damping)
         groups[(exactness, *key, *_shapes(subject))].append(i)
     calls = []
@@ -87,16 +90,42 @@ def check_deployments(
     def run(call: tuple[tuple[float, float], list[int]]) -> list[DeploymentCheck]:
         exactness, members = call
         batch_scenes = [scenes[i] for i in members]
-        state_bytes = 3 * 8 * batch_scenes[0].system.n_joints  # bytes of the angles, rates and accelerations of a state
-        most = max_steps or MAX_DEPLOYMENT_STEPS[batch_scenes[0].formulation]
-        steps = min(most, max(1, MAX_MOTION_RECORD_BYTES // state_bytes))
-        return _run(batch_scenes, [subjects[i] for i in members], tolerance, exactness, past_collisions, steps)
+        record = _record(batch_scenes[0], max_steps)
+        return _run(batch_scenes, [subjects[i] for i in members], tolerance, exactness, past_collisions, record)
 
     checks: dict[int, DeploymentCheck] = {}
     with ThreadPoolExecutor(threads) as pool:  # the kernel releases the global interpreter lock
         for (_, members), rows in zip(calls, pool.map(run, calls), strict=True):
             checks.update(zip(members, rows, strict=True))
     return [checks[i] for i in range(len(scenes))]
+
+
+def check_with_motion(
+    compiled: CompiledScene, screen: CheckedPanels, *, tolerance: float, max_steps: int | None = None
+) -> tuple[DeploymentCheck, Motion]:
+    """Check a compiled scene as `check_deployments` does, and return its motion, too."""
+    record = _record(compiled, max_steps)
+    subjects, exactness = [_subject(compiled, screen)], _exactness(compiled, screen)
+    (check,) = _run([compiled], subjects, tolerance, exactness, past_collisions=True, record=record)
+    return check, motion_of_record(record, compiled.system, methods_of(compiled.formulation))
+
+
+def _exactness(compiled: CompiledScene, screen: CheckedPanels) -> tuple[float, float]:
+    """Return margin and resolution of a check, m; HcsearchError for a scene of which there is none."""
+    setup = compiled.setup
+    if setup.hold_downs or setup.law_times:
+        raise HcsearchError("the quick check is of scenes without hold-downs and laws in time: leave them out")
+    if compiled.formulation not in {"constrained", "compliant"} or setup.free:
+        raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
+    return screen.solids.margin, resolution_of(compiled.linkage)
+
+
+def _record(compiled: CompiledScene, max_steps: int | None) -> SimulationRecord:
+    """Allocate a record of a motion."""
+    n_joints = compiled.system.n_joints
+    state_bytes = 3 * 8 * n_joints  # bytes of the angles, rates and accelerations of a state
+    most = max_steps or MAX_DEPLOYMENT_STEPS[compiled.formulation]
+    return record_for(n_joints, min(most, max(1, MAX_MOTION_RECORD_BYTES // state_bytes)))
 
 
 def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
@@ -122,9 +151,12 @@ def _run(
     tolerance: float,
     exactness: tuple[float, float],
     past_collisions: bool,
-    steps: int,
+    record: SimulationRecord,
 ) -> list[DeploymentCheck]:
-    """Check scenes whose tables have the same shapes; exactness : margin and resolution, m."""
+    """Check scenes whose tables have the same shapes; the record then is that of the last one.
+
+    exactness : margin and resolution, m.
+    """
     first, count = scenes[0], len(scenes)
     system, setup = first.system, first.setup
     plan = plan_for(
@@ -153,7 +185,7 @@ def _run(
         closure_residuals=np.zeros(count),
         open_state_shares=np.zeros(count),
     )
-    check_foldings(_stacked(subjects), rules, record_for(system.n_joints, steps), findings)
+    check_foldings(_stacked(subjects), rules, record, findings)
     return [_check(scenes[i], subjects[i], findings, i) for i in range(count)]
 
 

@@ -37,7 +37,7 @@ from hcsearch.springs.dynamics.integration_methods import interpolate_motion
 from hcsearch.springs.dynamics.position_control import DrivenMotion, simulate_driven
 from hcsearch.springs.dynamics.time_integration import (
     Motion,
-    closed_between,
+    closed_states,
     greatest_opening,
     loose_states,
 )
@@ -111,7 +111,7 @@ class Deployment(ByValue):
     @cached_property
     def _closed_states(self) -> StateSeries:
         """The states, with others inserted that keep the loops closed."""
-        return closed_between(self.compiled.system, self.motion)[0]
+        return closed_states(self.compiled.system, self.motion)
 
     @property
     def sentence(self) -> str:

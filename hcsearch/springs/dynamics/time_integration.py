@@ -254,7 +254,7 @@ def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
     inserted there, or where hinges are cut.
     """
     tree = system.mechanism.tree
-    states, work = _refined(system, motion), work_for(tree)
+    states, work = closed_states(system, motion), work_for(tree)
     if not system.closure_stiffness:
         return states, step_openings(tree, states, motion.cubic, INTERPOLATED_STATE_RESIDUAL, work)
     gaps = np.zeros(len(states[0]) - 1)
@@ -267,10 +267,11 @@ def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
 def greatest_opening(system: System, motion: Motion) -> float:
     """Return the greatest closure residual at and between the states of `closed_between`; rad, or gap over size."""
     tree = system.mechanism.tree
-    return float(largest_opening(tree, _refined(system, motion), motion.cubic, work_for(tree)))
+    return float(largest_opening(tree, closed_states(system, motion), motion.cubic, work_for(tree)))
 
 
-def _refined(system: System, motion: Motion) -> StateSeries:
+def closed_states(system: System, motion: Motion) -> StateSeries:
+    """Return the states of `closed_between`."""
     mechanism = system.mechanism
     states: StateSeries = (motion.times, motion.q, motion.v, motion.a)
     if system.closure_stiffness or not len(mechanism.tree.rows):
