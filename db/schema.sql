@@ -97,7 +97,7 @@ CREATE TABLE evaluation (
 	looks INTEGER NOT NULL,
 	CONSTRAINT pk_evaluation PRIMARY KEY (subject, setting, springs),
 	CONSTRAINT ck_evaluation_clear CHECK (clear IN (0, 1)),
-	CONSTRAINT ck_evaluation_outcome CHECK (outcome IN ('flat', 'moving', 'at rest', 'stuck', 'jammed', 'diverged', 'out of steps'))
+	CONSTRAINT ck_evaluation_outcome CHECK (outcome IN ('flat', 'moving', 'at rest', 'stuck', 'jammed', 'diverged', 'out of steps', 'branch-singular'))
 )
  WITHOUT ROWID,
  STRICT

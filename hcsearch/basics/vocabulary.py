@@ -35,10 +35,10 @@ Verdict = Literal["deploys", "undecided", "collides"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 """Verdicts on one deployment."""
 
-Ending = Literal["flat", "moving", "at rest", "stuck", "jammed", "diverged", "out of steps"]
+Ending = Literal["flat", "moving", "at rest", "stuck", "jammed", "diverged", "out of steps", "branch-singular"]
 ENDINGS: tuple[Ending, ...] = get_args(Ending)
 """Endings of a simulated deployment: `moving` when time is up, `stuck` where friction holds what would move without it,
-`jammed` where stops and loops block all motion."""
+`jammed` where stops and loops block all motion, `branch-singular` where rounding decides how it goes on."""
 
 Until = Literal["end", "flat", "folded", "stop", "event", "bifurcation"]
 UNTILS: tuple[Until, ...] = get_args(Until)

@@ -1,16 +1,21 @@
 """Stiffness of motions: its estimate, and implicit steps where explicit ones are limited by their stability."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hcsearch import Folding, Scene, deploy
 from hcsearch.kernels.multibody.accelerations import accelerate, discrete_state_for, largest_pivot
+from hcsearch.kernels.multibody.endings import SINGULAR_REJECTION_SHARE
 from hcsearch.kernels.multibody.paused_simulation import PACE_COORDINATES, PACE_SCALE, Simulation, new_pace
 from hcsearch.kernels.multibody.stiffness import STABLE_STEP, STIFF_STEPS, fastest_rate
 from hcsearch.kernels.multibody.tree import work_for
+from hcsearch.scenes.setup import setup_of_scene
+from hcsearch.springs.accuracy.swept_values import SWEPT_VALUES, ScenePoint
 from hcsearch.springs.deployment.compiled_scene import compile_scene
+from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS
 from hcsearch.springs.deployment.quick_check import check_deployments
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch.springs.dynamics.integration_methods import method_named
@@ -23,6 +28,14 @@ FOLDINGS = (DEPLOYS, "hex:0122334550:1", "square:01222300:1", "square:0121222323
 
 def compiled_of(name, *, formulation="constrained", **values):
     return compile_scene(linkage_named(name), Scene(**values), formulation)
+
+
+def slower(name, factor, spread=1.0):
+    """Return the scene `default` with dampers stronger by a factor, in as much more time, and a spread of springs."""
+    linkage = linkage_named(name)
+    point = SWEPT_VALUES["spread"].changed(ScenePoint(linkage, setup_of_scene(Scene(), linkage)), spread)
+    times = tuple(factor * time for time in point.setup.damping_time)
+    return compile_scene(linkage, replace(point.setup, damping_time=times, seconds=factor * point.setup.seconds))
 
 
 def dense_operator(compiled):
@@ -84,6 +97,34 @@ def test_stiff_motions_take_implicit_steps_and_become_flat(name, damping):
     assert motion.times[-1] == pytest.approx(exact.times[-1], rel=1e-4)
     explicit = simulate_compiled(compiled, method="dormand-prince", certified=False).motion
     assert explicit.ending == "steps"
+
+
+@pytest.mark.parametrize("name", ["square:01222300:1", "square:0122230301:3"])
+def test_steps_that_stability_limits_become_implicit_on_the_way(name):
+    compiled = slower(name, 3.0)
+    explicit = simulate_compiled(compiled, method="dormand-prince", certified=False).motion
+    motion = simulate_compiled(compiled, certified=False).motion
+    assert 0.0 < motion.stiff_time < 0.2 * explicit.times[-1]
+    assert motion.evaluations < explicit.evaluations / 3
+    assert motion.ending == explicit.ending == "flat"
+    assert motion.times[-1] == pytest.approx(explicit.times[-1], rel=0.01)
+
+
+def test_steps_near_singular_states_stay_explicit():
+    compiled = slower("hex:0122334550:1", 10.0)
+    motion = simulate_compiled(compiled, certified=False).motion
+    assert math.isinf(motion.stiff_time)
+    assert motion.evaluations < simulate_compiled(compiled, method="implicit", certified=False).motion.evaluations / 4
+
+
+def test_a_motion_that_creeps_to_a_singular_state_is_branch_singular():
+    compiled = slower("square:0122323001:3", 1000.0, spread=1e6)
+    simulated = simulate_compiled(compiled, certified=False)
+    assert (simulated.outcome, simulated.verdict) == ("branch-singular", "undecided")
+    assert simulated.motion.steps < MAX_DEPLOYMENT_STEPS["constrained"] / 2
+    assert simulated.motion.rejected > SINGULAR_REJECTION_SHARE * MAX_DEPLOYMENT_STEPS["constrained"]
+    assert "rounding errors limit its steps" in simulated.reason
+    assert check_deployments([compiled])[0].outcome == "branch-singular"
 
 
 def test_a_motion_that_would_run_out_of_steps_goes_on_implicitly():

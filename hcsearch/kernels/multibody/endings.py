@@ -11,6 +11,7 @@ from hcsearch.kernels.multibody.paused_simulation import (
     PACE_COORDINATES,
     PACE_CROWD_COUNT,
     PACE_EVENT_COUNT,
+    PACE_IMPLICIT_REJECTIONS,
     PACE_LARGEST_ENERGY,
     PACE_SCALE,
     PACE_START_ENERGY,
@@ -34,10 +35,11 @@ ENDING_NONE = -1
     ENDING_UNBALANCED,
     ENDING_JAMMED,
     ENDING_STUCK,
-) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+    ENDING_SINGULAR,
+) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
 """Endings of a simulation, in this order: time is up; flat; at rest elsewhere; out of steps; step size too small; loops
 could not be closed; a number is not finite; the energy balance is violated; jammed, with event after event at stops and
-hardly any motion; stuck, where friction holds what would else move."""
+hardly any motion; stuck, where friction holds what would else move; singular, where rounding limits implicit steps."""
 
 MAX_CROWDED_EVENTS, CROWDED_TIME_SHARE = 40, 1e-6
 """A motion counts as jammed after this many successive events, each within this share of the simulated time after the
@@ -46,6 +48,9 @@ MAX_UNMOVED_EVENTS, UNMOVED_JOINT_ANGLE = 100, 1e-3
 """A motion also counts as jammed after this many events and releases during which no joint has moved by more than this
 angle (rad) at the end of a step; with restitution e, after 1 / (1 - e) times as many, as a step may span a bounce.
 Motions of 14 squares that come flat have at most 34."""
+SINGULAR_REJECTION_SHARE = 0.3
+"""Implicit steps are limited by rounding, as near singular states, where more than this share of them are rejected: of
+those that a record holds, at any time, or of those that were taken, when it is full. Smooth motions have under 0.1."""
 MAX_BALANCE_ERROR = 1e-2
 """Error of the energy balance, as a share of the largest energy, at which a simulation is aborted."""
 OPEN_LOOP_RESIDUAL = 1e-3
@@ -113,11 +118,24 @@ def ending_before(simulation: Simulation, a: Reals) -> int:
         ending = ENDING_STUCK
     elif is_at_rest:
         ending = ENDING_REST
+    elif _rounding_limits_steps(simulation):
+        ending = ENDING_SINGULAR
     elif record.counts[0] >= len(record.times):
         ending = ENDING_TOO_MANY_STEPS
     elif pace[PACE_STEP] < 1e-15 * max(time, 1e-3 * plan.end):
         ending = ENDING_SMALL_STEP
     return ending
+
+
+@lean
+def _rounding_limits_steps(simulation: Simulation) -> bool:
+    """Return whether so many implicit steps were rejected that the errors of steps must be rounding errors."""
+    counts, room = simulation.record.counts, len(simulation.record.times)
+    steps = room
+    if counts[0] >= room and counts[5] >= 0:
+        steps -= counts[5]
+    limits: bool = simulation.pace[PACE_IMPLICIT_REJECTIONS] > SINGULAR_REJECTION_SHARE * steps
+    return limits
 
 
 @compiled

@@ -27,12 +27,15 @@ from hcsearch.kernels.multibody.tree import Work
     PACE_EVENT_COUNT,
     PACE_STIFF,
     PACE_STATES_WATCHED,
+    PACE_LIMITED_STEPS,
+    PACE_IMPLICIT_REJECTIONS,
     PACE_COORDINATES,
-) = range(13)
+) = range(15)
 """Entries of `Simulation.pace`: time and next step size (s); `largest_pivot`; pull above which a stop lets go (N m);
 energy at the start, and largest energy (J); whether stops that seemed to pull were kept; number of crowded events, and
 time of the last event (s); number of events since a joint last moved away from the reference coordinates, which follow
-from `PACE_COORDINATES` on; whether steps are those of the stiff method, and number of states when that was decided."""
+from `PACE_COORDINATES` on; whether steps are those of the stiff method, and number of states when that was decided;
+surplus of steps limited by stability over others since then; number of implicit steps that were rejected."""
 
 
 class Simulation(NamedTuple):

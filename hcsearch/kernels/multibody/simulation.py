@@ -41,6 +41,7 @@ from hcsearch.kernels.multibody.paused_simulation import (
     PACE_CROWD_TIME,
     PACE_EVENT_COUNT,
     PACE_GRIP,
+    PACE_IMPLICIT_REJECTIONS,
     PACE_LARGEST_ENERGY,
     PACE_SCALE,
     PACE_START_ENERGY,
@@ -81,7 +82,7 @@ from hcsearch.kernels.multibody.sticking import (
     forces_hold,
     settle_joints,
 )
-from hcsearch.kernels.multibody.stiffness import is_to_be_watched, watch_stiffness
+from hcsearch.kernels.multibody.stiffness import is_to_be_watched, watch_step, watch_stiffness
 from hcsearch.kernels.multibody.stops import collide_joints, update_held_joints
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import BODY_CENTRE, WORK_PLACE, WORK_ROTATION, Work
@@ -171,9 +172,12 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
         error = take_step(method, stepper, pace[PACE_STEP])
         if not error <= 1.0:
             counts[3] += 1
+            pace[PACE_IMPLICIT_REJECTIONS] += 1.0 if method.diagonal > 0.0 else 0.0
             pace[PACE_STEP] *= max(0.1, 0.9 * error ** (-1.0 / method.order)) if error < 1e100 else 0.1
             rejected = True
             continue
+        if _may_change_method(simulation):
+            watch_step(method, stepper, pace, pace[PACE_STEP])
         length, flat_share, joint, kind = _shorten(simulation, method, stepper, a)
         q[:], v[:], energies[4] = end[:n], end[n : 2 * n], end[2 * n]
         pace[PACE_TIME] += length

@@ -44,7 +44,7 @@ PROBE_STEPS = 100
 USABLE_DOUBT, AGREEING_ANGLE = 1e-3, 1e-6
 """Where two references differ by more than the first angle (rad), errors are measured as long as they agree to the
 second."""
-NO_ANSWER: frozenset[Ending] = frozenset({"diverged", "out of steps", "jammed"})
+NO_ANSWER: frozenset[Ending] = frozenset({"diverged", "out of steps", "jammed", "branch-singular"})
 """Endings by which a simulation says that it did not come to an answer."""
 
 

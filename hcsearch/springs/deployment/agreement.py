@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
@@ -35,7 +35,6 @@ LOOSE_STATES_SHARE = 0.1
 """Share of states with open loops from which on a motion is taken to follow a branch of singular states. Of the motions
 of 10 and 12 hexagons that become flat at 1e-6 or 1e-7 those of four foldings have 0.16 to 0.79, all others at most
 0.03."""
-BranchSingular = Literal["branch-singular"]
 _DOUBTFUL_ENDINGS: frozenset[Ending] = frozenset({"flat", "jammed", "diverged"})
 """Endings that simulations at other tolerances confirm: where hinges that rattle at their stops jam, where they jam the
 energy balance may fail as well, and either may become flat."""
@@ -77,7 +76,7 @@ class Agreement:
     others: tuple[SimulationFindings, ...]
     needed_margin: float | None = None
     least_gap: float | None = None
-    outcome: Ending | BranchSingular = "flat"
+    outcome: Ending = "flat"
     errors: ErrorEstimates | None = None
 
     @property

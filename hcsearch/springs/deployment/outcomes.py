@@ -44,6 +44,7 @@ def _sentence_on_end(compiled: CompiledScene, motion: Motion) -> str:
         "rest": f"at rest from {end} on: {hinges_at_stops}",
         "jammed": f"at {end} stops and loops prevent any motion: {hinges_at_stops}",
         "steps": f"stopped at {end} after {motion.steps} steps",
+        "singular": f"branch-singular at {end}: rounding errors limit its steps, so that they decide how it goes on",
         "short": f"no step is short enough at {end}",
         "stuck": f"stuck from {end} on: {_friction_sentence(compiled, motion)}",
         "open": f"the loops open at {end}",
@@ -62,6 +63,7 @@ def _remedy(compiled: CompiledScene, ending: SimulationStop, methods: tuple[str,
     return {
         "time": "drive it more slowly, or more firmly" if driven else "give it more seconds",
         "steps": easier,
+        "singular": closer,
         "short": easier,
         "stuck": "give stiffer springs, or less friction or harness",
         "open": closer,
@@ -129,6 +131,7 @@ _OUTCOMES: dict[SimulationStop, Ending] = {
     "jammed": "jammed",
     "stuck": "stuck",
     "steps": "out of steps",
+    "singular": "branch-singular",
 }
 
 
@@ -169,7 +172,8 @@ class DeploymentCheck:
     """The result of one deployment without its states, which `Deployment` includes.
 
     outcome : `flat`; `moving` at the end of the time; `at rest` elsewhere; `stuck`, friction holds what would move
-        without it; `jammed`, stops and loops prevent any motion; `diverged`; `out of steps`.
+        without it; `jammed`, stops and loops prevent any motion; `diverged`; `out of steps`; `branch-singular`,
+        rounding decides how it would go on.
     clear : whether the motion is certified clear until its end; None where undecided or not checked.
     collision : time (s) and panels of the first collision, or None. gap : smallest gap of a deployment that becomes
         flat and clear, m (see `Clearance`). speed : approach speed of panels where it is not clear, m/s, else 0.

@@ -28,10 +28,12 @@ from hcsearch.kernels.multibody.welds import cut_angles
 from hcsearch.springs.dynamics.integration_methods import interpolate_motion, method_named, methods_text
 from hcsearch.springs.dynamics.system import System
 
-SimulationStop = Literal["time", "flat", "rest", "steps", "short", "open", "diverged", "energy", "jammed", "stuck"]
+SimulationStop = Literal[
+    "time", "flat", "rest", "steps", "short", "open", "diverged", "energy", "jammed", "stuck", "singular"
+]
 """The end of a simulation: `time` over; `flat`; at `rest` elsewhere; out of `steps`; `short`, no step is short enough;
 loops `open`; numbers `diverged`; `energy` balance violated; stops `jammed`, events repeat without progress in time;
-`stuck`, friction holds what would move without it."""
+`stuck`, friction holds what would move without it; `singular`, rounding limits the steps."""
 
 SIMULATION_STOPS: dict[int, SimulationStop] = {
     endings.ENDING_TIME_OUT: "time",
@@ -44,6 +46,7 @@ SIMULATION_STOPS: dict[int, SimulationStop] = {
     endings.ENDING_UNBALANCED: "energy",
     endings.ENDING_JAMMED: "jammed",
     endings.ENDING_STUCK: "stuck",
+    endings.ENDING_SINGULAR: "singular",
 }
 """Ends of simulations by their codes in the kernel."""
 OPENING_BATCH_STEPS = 100

@@ -62,7 +62,7 @@ def tuning_objective(check: DeploymentCheck, slack: float = 0.0, scales: SceneSc
         gap = ample if check.gap is None else min(check.gap, ample)
         return min((slack - gap) / ample, 0.999)
     value = 1.0 + check.remaining + (0.0 if check.clear else check.speed / speed)
-    value += check.outcome in {"diverged", "out of steps"}
+    value += check.outcome in {"diverged", "out of steps", "branch-singular"}
     # a simulation that overflowed has no meaningful value
     return value if math.isfinite(value) else 10.0
 
