@@ -99,15 +99,14 @@ def test_stiff_motions_take_implicit_steps_and_become_flat(name, damping):
     assert explicit.ending == "steps"
 
 
-@pytest.mark.parametrize("name", ["square:01222300:1", "square:0122230301:3"])
-def test_steps_that_stability_limits_become_implicit_on_the_way(name):
-    compiled = slower(name, 3.0)
+def test_steps_that_stability_limits_become_implicit_on_the_way():
+    compiled = slower("square:01222300:1", 3.0)
     explicit = simulate_compiled(compiled, method="dormand-prince", certified=False).motion
     motion = simulate_compiled(compiled, certified=False).motion
     assert 0.0 < motion.stiff_time < 0.2 * explicit.times[-1]
     assert motion.evaluations < explicit.evaluations / 3
     assert motion.ending == explicit.ending == "flat"
-    assert motion.times[-1] == pytest.approx(explicit.times[-1], rel=0.01)
+    assert motion.times[-1] == pytest.approx(explicit.times[-1], rel=1e-4)
 
 
 def test_steps_near_singular_states_stay_explicit():

@@ -129,12 +129,14 @@ def ending_before(simulation: Simulation, a: Reals) -> int:
 
 @lean
 def _rounding_limits_steps(simulation: Simulation) -> bool:
-    """Return whether so many implicit steps were rejected that the errors of steps must be rounding errors."""
+    """Return whether so many steps of the stiff method were rejected that their errors must be rounding errors.
+
+    Not where implicit steps were asked for: a method that is given goes on to its last step.
+    """
     counts, room = simulation.record.counts, len(simulation.record.times)
-    steps = room
-    if counts[0] >= room and counts[5] >= 0:
-        steps -= counts[5]
-    limits: bool = simulation.pace[PACE_IMPLICIT_REJECTIONS] > SINGULAR_REJECTION_SHARE * steps
+    steps = room - counts[5] if counts[0] >= room else room
+    rejected = simulation.pace[PACE_IMPLICIT_REJECTIONS]
+    limits: bool = counts[5] >= 0 and rejected > SINGULAR_REJECTION_SHARE * steps
     return limits
 
 
