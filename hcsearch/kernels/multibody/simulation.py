@@ -177,7 +177,7 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
             rejected = True
             continue
         if _may_change_method(simulation):
-            watch_step(method, stepper, pace, pace[PACE_STEP])
+            watch_step(method, stepper, pace)
         length, flat_share, joint, kind = _shorten(simulation, method, stepper, a)
         q[:], v[:], energies[4] = end[:n], end[n : 2 * n], end[2 * n]
         pace[PACE_TIME] += length

@@ -76,7 +76,7 @@ def is_to_be_watched(simulation: Simulation) -> bool:
 
 
 @lean
-def watch_step(method: IntegrationMethod, stepper: Stepper, pace: Reals, h: float) -> None:
+def watch_step(method: IntegrationMethod, stepper: Stepper, pace: Reals) -> None:
     """Count an explicit step as limited by stability or not, by its last two stages (Hairer and Wanner 1996, IV.2)."""
     stages, last = stepper.stages, len(method.b) - 1
     n = len(stepper.hold.held)
