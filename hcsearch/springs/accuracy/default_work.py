@@ -17,7 +17,7 @@ QUICK_TOLERANCES = TOLERANCES[:6]
 """Tolerances of the simulations that are compared."""
 QUICK_REFERENCES = (1e-11, 1e-10, 1e-9)
 """Tolerances of the reference; the first one that comes to an end is taken."""
-QUICK_SECONDS = 0.1
+QUICK_RUN_SECONDS = 0.1
 """Greatest time of a simulation, s, about."""
 
 
@@ -30,7 +30,7 @@ def quick_work(deployment: Deployment) -> FormulationWork:
     compiled, motion = deployment.compiled, deployment.motion
     method = METHODS[compiled.formulation][motion.stiff_time == 0.0]
     settings = tuple((method, tolerance) for tolerance in QUICK_REFERENCES)
-    first = reference_run(compiled, settings, float(motion.times[-1]) or compiled.seconds, QUICK_SECONDS)
+    first = reference_run(compiled, settings, float(motion.times[-1]) or compiled.seconds, QUICK_RUN_SECONDS)
     if first is None:
         return FormulationWork(
             compiled.formulation, None, (), refusal="no simulation at a tighter tolerance has a step"
@@ -40,5 +40,5 @@ def quick_work(deployment: Deployment) -> FormulationWork:
         WorkRow(compiled.formulation, method, tolerance, default=tolerance == DEFAULT_TOLERANCE)
         for tolerance in QUICK_TOLERANCES
     ]
-    rows = [measured_row(compiled, reference, blank, QUICK_SECONDS, repeated=False) for blank in blanks]
+    rows = [measured_row(compiled, reference, blank, QUICK_RUN_SECONDS, repeated=False) for blank in blanks]
     return FormulationWork(compiled.formulation, reference, tuple(rows))
