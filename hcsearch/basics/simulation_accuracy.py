@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from hcsearch.basics.vocabulary import counted
+from hcsearch.basics.vocabulary import counted, percent
 
 
 class SimulationAccuracy(NamedTuple):
@@ -52,7 +52,7 @@ def accuracy_sentences(accuracy: SimulationAccuracy) -> tuple[str, ...]:
     """Return a sentence on the accuracy of deployments; none without any."""
     parts = []
     if accuracy.saved is not None:
-        parts.append(f"left out: {accuracy.saved:.0%} of the work of a simulation".replace("%", " %"))
+        parts.append(f"left out: {percent(accuracy.saved)} of the work of a simulation")
     if accuracy.time_error is not None and accuracy.median_error is not None:
         times, half = counted(accuracy.known, "flat time"), ""
         if accuracy.known > 1:

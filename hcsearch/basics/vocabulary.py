@@ -81,6 +81,11 @@ def counted(count: int, noun: str) -> str:
     return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
+def percent(share: float) -> str:
+    """Return a share in whole per cent, such as `40 %`."""
+    return f"{100.0 * share:.0f} %"
+
+
 def listed(words: Sequence[str], joined_by: str) -> str:
     """Return words as a list in a sentence, such as `path, lock or neither`."""
     return f" {joined_by} ".join(filter(None, (", ".join(words[:-1]), words[-1])))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hcsearch import store
-from hcsearch.basics.vocabulary import play_sentence
+from hcsearch.basics.vocabulary import percent, play_sentence
 from hcsearch.cases.databases import Place, database_location, reading_database
 from hcsearch.cases.names import deployment_scene_name, stored_circuit, way_option_text
 from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
@@ -97,8 +97,7 @@ def accuracy_of_row(tried: Mapping[str, Any]) -> str:
     names = {"fold angles": ("error_angle", "rad"), "time to flat": ("error_time", "s")}
     known = [(words, tried[column], unit) for words, (column, unit) in names.items() if tried[column] is not None]
     errors = [f"{words} +- {error:.0e} {unit}" for words, error, unit in known]
-    saved = f"{tried['time_saved']:.0%}".replace("%", " %")
-    left_out = f"left out: {tried['omitted']}, {saved} of the work" if tried["omitted"] else ""
+    left_out = f"left out: {tried['omitted']}, {percent(tried['time_saved'])} of the work" if tried["omitted"] else ""
     return "; ".join(filter(None, [f"by {tried['method']}", ", ".join(errors), left_out]))
 
 

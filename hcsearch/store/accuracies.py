@@ -10,17 +10,15 @@ from hcsearch.basics.simulation_accuracy import SimulationAccuracy, TrialAccurac
 from hcsearch.designs.records import WorkKey
 from hcsearch.store.database import Database
 from hcsearch.store.failures import retry_if_changed
-from hcsearch.store.schema import deployment, design
+from hcsearch.store.schema import deployment
+from hcsearch.store.verdicts import ids_of_run
 
 
 @retry_if_changed
 def simulation_accuracy(database: Database, work: WorkKey) -> SimulationAccuracy:
     """Return the accuracy of the deployments of the designs of a run in its scene."""
-    conditions = [design.c.grid == work.grid, design.c.n == work.n]
-    if work.target:
-        conditions.append(design.c.array == work.target)
     with database.reading() as connection:
-        return accuracy_of_deployments(connection, select(design.c.id).where(*conditions), work.scene)
+        return accuracy_of_deployments(connection, ids_of_run(work), work.scene)
 
 
 def accuracy_of_deployments(connection: Connection, ids: Select[Any], name: str) -> SimulationAccuracy:

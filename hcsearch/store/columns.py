@@ -147,12 +147,7 @@ _ERRORS = (
         weight=0.0,
     ),
     Quantity(
-        *(
-            "error_time",
-            "real",
-            "s",
-            "estimated error of the time to flat, rounding included",
-        ),
+        *("error_time", "real", "s", "estimated error of the time to flat, rounding included"),
         better="lower",
         half=1e-3,
         label="error of time to flat",

@@ -177,11 +177,16 @@ def undecided_simulations(database: Database, work: WorkKey) -> dict[str, int]:
 
     Foldings that some springs deploy are left out.
     """
+    with database.reading() as connection:
+        return simulations_of(connection, ids_of_run(work), work.scene)
+
+
+def ids_of_run(work: WorkKey) -> Select[Any]:
+    """Return the SELECT of the ids of the designs of a run."""
     conditions = [design.c.grid == work.grid, design.c.n == work.n]
     if work.target:
         conditions.append(design.c.array == work.target)
-    with database.reading() as connection:
-        return simulations_of(connection, select(design.c.id).where(*conditions), work.scene)
+    return select(design.c.id).where(*conditions)
 
 
 def simulations_of(connection: Connection, ids: Select[Any], name: str) -> dict[str, int]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from hcsearch.basics.vocabulary import percent
 from hcsearch.springs.accuracy.default_work import QUICK_TOLERANCES, quick_work
 from hcsearch.springs.accuracy.work_report import MIN_PLOTTED_ERROR, reference_sentence
 from hcsearch.springs.accuracy.work_rows import FormulationWork, WorkRow
@@ -36,7 +37,7 @@ def accuracy_of_deployment(deployment: Deployment, command: str) -> ShownAccurac
     compiled, check = deployment.compiled, deployment.check
     work = quick_work(deployment)
     default = next((row for row in work.rows if row.default and row.angle_error is not None), None)
-    saved = f"{saved_share(compiled, check.evaluations, check.looks):.0%}".replace("%", " %")
+    saved = percent(saved_share(compiled, check.evaluations, check.looks))
     error = "" if default is None else f"fold angles within {default.angle_error:.0e} rad, "
     return ShownAccuracy(f"{error}{saved} of the work left out", _plot(work), compiled.omissions, command)
 
