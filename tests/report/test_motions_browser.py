@@ -148,7 +148,7 @@ def test_motions_that_were_never_seen_are_printed_and_folded_parts_are_opened(ta
     closed = "document.querySelectorAll('details:not([open])').length"
     before = tab.value(closed)
     tab.value("dispatchEvent(new Event('beforeprint'))")
-    assert (before, tab.value(closed)) == (2, 0)
+    assert (before, tab.value(closed)) == (3, 0)
     stills = "p.querySelector(':scope > :not(.moves)').shadowRoot.querySelectorAll('.stills canvas').length"
     assert tab.value(f"[...document.querySelectorAll('.player')].map((p) => {stills})") == [5, 5, 5]
     tab.value("dispatchEvent(new Event('afterprint'))")

@@ -152,6 +152,11 @@ def verdict_of(outcome: Ending, clear: bool | None) -> Verdict:
     return "deploys" if outcome == "flat" else "undecided"
 
 
+def flat_time_of(outcome: Ending, end_time: float) -> float | None:
+    """Return the time at which an array is flat, s; None if it never is."""
+    return end_time if outcome == "flat" else None
+
+
 METHODS: dict[Formulation, tuple[Integrator, Integrator]] = {
     "constrained": ("dormand-prince", "implicit"),
     "compliant": ("linearly-implicit", "linearly-implicit"),
@@ -216,7 +221,7 @@ class DeploymentCheck:
     @property
     def flat_time(self) -> float | None:
         """The time at which the array is flat, s; None if it never is."""
-        return self.end_time if self.outcome == "flat" else None
+        return flat_time_of(self.outcome, self.end_time)
 
     def reason(self, labels: Labels) -> str:
         """Return the reason for the verdict in a sentence, with the names of panels."""

@@ -26,6 +26,7 @@ from hcsearch.springs.deployment.outcomes import (
     FLAT_FOLD_ANGLE,
     MAX_DEPLOYMENT_STEPS,
     DeploymentCheck,
+    flat_time_of,
     methods_of,
     outcome_of,
     reason_of_motion,
@@ -140,7 +141,7 @@ class Deployment(ByValue):
     @property
     def flat_time(self) -> float | None:
         """The time at which the array is flat, s; None if it never is."""
-        return self.check.flat_time
+        return flat_time_of(self.outcome, float(self.motion.times[-1]))
 
 
 def simulate_deployment(
