@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import HcsearchError, InputFileError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
+from hcsearch.designs.grid import GRIDS
 from hcsearch.search.own_patterns.drawn_lines import CrossingError, PointNumbers, in_plane, place_text, split_lines
 from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
 from hcsearch.search.own_patterns.recognition import drawn_panel_size, recognise_design
@@ -141,6 +142,15 @@ def test_a_drawing_that_is_changed_a_little_shows_the_same_folding(change, circu
     assert len(design.creases) == 1
     assert len({tuple(sorted(map(own.count, "MV"))) for own in letters}) == 1
     assert design.length == pytest.approx(side, rel=3e-3) or rectangle
+
+
+def test_panels_that_touch_where_a_corner_has_two_images_are_not_joined():
+    circuit = Circuit(GRIDS["kite"], (4, 3, 7, 10, 14, 19, 16, 14, 19, 23, 3, 7))
+    folding = foldings(circuit)[0]
+    lines = lines_of(drawn(circuit, letters_of(folding), turn=0.0, scale=0.013))
+    drawing = parse_fold(json.dumps(unsnapped(lines, np.random.default_rng(493), 0.013)))
+    assert len(drawing.joins) == circuit.n
+    assert recognise_design(drawing).circuit == circuit
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.2254, 1.1, 2.9])

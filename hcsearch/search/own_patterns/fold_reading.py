@@ -236,7 +236,7 @@ class _Reading:
     """
 
     def __init__(self, whole: _Reader, tolerance: float) -> None:
-        self.values, self.whole = whole.values, whole
+        self.values, self.whole, self.tolerance = whole.values, whole, tolerance
         split = split_lines(whole.points, whole.lines, tolerance, MAX_FOLD_ENTRIES, whole.borders())
         self.points, self.place_of_point = split.points, split.place_of_point
         self.places_of_edge = split.places_along[: len(whole.edges)]
@@ -339,15 +339,22 @@ class _Reading:
         return self.places_along[a, b] if (a, b) in self.places_along else self.places_along[b, a][::-1]
 
     def _joins(self) -> dict[FacetPair, FacetJoin]:
-        """Return the joints of faces that share an edge; InputFileError where their marks contradict each other."""
+        """Return the joints of faces that share an edge; InputFileError where their marks contradict each other.
+
+        Faces whose common sides are shorter than twice the tolerance only touch at a corner, of which two images remain.
+        """
         joins: dict[FacetPair, FacetJoin] = {}
         kinds: dict[FacetPair, dict[FacetJoin | None, FacetSide]] = defaultdict(dict)
+        shared: dict[FacetPair, float] = defaultdict(float)
         for (a, b), f in self.sides.items():
             g = self.sides.get((b, a), -1)
             if g > f:
                 mark = self.marks.get((min(a, b), max(a, b)), FacetJoin("U"))
                 kinds[f, g][None if mark.assignment in {"B", "C"} else mark] = (a, b)
+                shared[f, g] += math.dist(self.points[a], self.points[b])
         for pair, joint_sides in sorted(kinds.items()):
+            if shared[pair] < 2.0 * self.tolerance:
+                continue
             if len(joint_sides) > 1:
                 joint_sides.pop(FacetJoin("U"), None)
             if len(joint_sides) > 1:
