@@ -126,6 +126,7 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
     """
     cubic = rules.closure_stiffness > 0.0  # with stiff springs, accelerations do not describe the motion
     plan, method, stiff_method = rules.plan, rules.method, rules.stiff_method
+    implicit = method.diagonal > 0.0 or method.extrapolation_order > 0
     report = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
     for i in range(len(findings.endings)):
         subject = _tables_at(stack, i)
@@ -143,7 +144,8 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
             clear_states = 0 if flat else clear_states  # a gap may dip across parts
             motion = _states(record, clear_states, states)
             if not cubic:
-                motion = refined_motion(mechanism, motion, INTERPOLATED_STATE_RESIDUAL, work)
+                implicit_time = 0.0 if implicit else _stiff_time(record)
+                motion = refined_motion(mechanism, motion, INTERPOLATED_STATE_RESIDUAL, implicit_time, work)
             residual = max(findings.closure_residuals[i], largest_opening(tree, motion, cubic, work))
             findings.closure_residuals[i] = residual
             course = _course(subject, motion, cubic)
@@ -166,6 +168,12 @@ def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, f
 @compiled
 def _states(record: SimulationRecord, begin: int, end: int) -> StateSeries:
     return record.times[begin:end], record.q[begin:end], record.v[begin:end], record.a[begin:end]
+
+
+@compiled
+def _stiff_time(record: SimulationRecord) -> float:
+    """Return the time from which steps are those of the stiff method, s; infinite where none is."""
+    return math.inf if record.counts[5] < 0 else record.times[max(0, record.counts[5] - 1)]
 
 
 @compiled
@@ -192,8 +200,7 @@ def _report(record: SimulationRecord, verdict: int, report: ClearanceReport, fin
     states = record.counts[0]
     findings.endings[i] = ENDING_TIME_OUT if record.counts[4] == ENDING_NONE else record.counts[4]
     findings.times[i, 0] = record.times[states - 1]
-    stiff = record.counts[5]
-    findings.stiff_times[i] = math.inf if stiff < 0 else record.times[max(0, stiff - 1)]
+    findings.stiff_times[i] = _stiff_time(record)
     findings.energy_drifts[i] = _drift(record, states)
     findings.counts[i, 0], findings.counts[i, 1], findings.counts[i, 2] = states, record.counts[2], record.counts[3]
     findings.verdicts[i], findings.pairs[i], findings.times[i, 1] = verdict, report.pairs[0], report.times[0]

@@ -1,5 +1,7 @@
 """Steps at singular states, where accelerations are unbounded: loops stay closed, and packed panels only touch."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -91,7 +93,7 @@ def test_a_step_with_a_false_acceleration_is_the_cubic_through_its_ends():
     states, tree = (motion.times, motion.q, motion.v, false), system.mechanism.tree
     work = work_for(tree)
     assert largest_opening(tree, states, False, work) > 1e-2
-    times, q, v, a = refined_motion(system.mechanism, states, INTERPOLATED_STATE_RESIDUAL, work)
+    times, q, v, a = refined_motion(system.mechanism, states, INTERPOLATED_STATE_RESIDUAL, math.inf, work)
     assert largest_opening(tree, (times, q, v, a), False, work) < 1e-3
     # all states are still there, and those of the step are there twice
     for row in range(len(motion.times)):

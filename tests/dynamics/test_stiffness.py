@@ -10,6 +10,7 @@ from hcsearch import Folding, Scene, deploy
 from hcsearch.kernels.multibody.accelerations import accelerate, discrete_state_for, largest_pivot
 from hcsearch.kernels.multibody.endings import SINGULAR_REJECTION_SHARE
 from hcsearch.kernels.multibody.paused_simulation import PACE_COORDINATES, PACE_SCALE, Simulation, new_pace
+from hcsearch.kernels.multibody.simulation import continue_simulation, start_simulation
 from hcsearch.kernels.multibody.stiffness import STABLE_STEP, STIFF_STEPS, fastest_rate
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.scenes.setup import setup_of_scene
@@ -107,6 +108,44 @@ def test_steps_that_stability_limits_become_implicit_on_the_way():
     assert motion.evaluations < explicit.evaluations / 3
     assert motion.ending == explicit.ending == "flat"
     assert motion.times[-1] == pytest.approx(explicit.times[-1], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "spread"),
+    [("hex:0232335050:2", 1000.0, 1.0), ("hex:0234550132:4", 1000.0, 1e6), ("square:01222300:1", 100.0, 1.0)],
+)
+@pytest.mark.parametrize(("method", "greatest"), [("implicit", 2e-4), ("linearly-implicit", 3e-3)])
+def test_stiff_motions_are_as_exact_within_steps_as_at_their_ends(name, factor, spread, method, greatest):
+    compiled = slower(name, factor, spread)
+    exact = simulate_compiled(compiled, method="implicit", tolerance=1e-10, certified=False)
+    deployment = simulate_compiled(compiled, method=method, tolerance=1e-6, certified=False)
+    times = np.linspace(0.0, 0.999 * exact.motion.times[-1], 3001)
+    assert np.abs(deployment.angles_at(times) - exact.angles_at(times)).max() < greatest
+
+
+def test_a_stiff_motion_with_a_gap_is_no_collision():
+    # a quintic through the states of 37 steps once crossed a stop by 3 degrees between two of them
+    (check,) = check_deployments([slower("hex:0232335050:2", 1000.0)])
+    assert (check.outcome, check.clear) == ("at rest", True)
+
+
+@pytest.mark.parametrize("method", ["dormand-prince", "implicit", "linearly-implicit"])
+@pytest.mark.parametrize(("name", "factor"), [("hex:0232335050:2", 1000.0), ("hex:0122334550:1", 1.0)])
+def test_a_motion_does_not_depend_on_how_often_it_is_paused(name, factor, method):
+    def simulated(states):
+        compiled = slower(name, factor)
+        mechanism, q, n = compiled.system.mechanism, compiled.start.copy(), compiled.system.n_joints
+        record, hold = record_for(n, 300), discrete_state_for(mechanism, q)
+        plan, methods = plan_for(compiled.system, end=compiled.seconds), [method_named(method)] * 2
+        work, pace = work_for(mechanism.tree), new_pace(n)
+        simulation = Simulation(mechanism, hold, *methods, plan, q, np.zeros(n), work, pace, record)
+        start_simulation(simulation)
+        for most in (*range(2, 300, states), 301):
+            continue_simulation(simulation, most)
+        tables = record.times, record.q, record.v, record.a
+        return record.counts.tolist(), [table[: record.counts[0]].tobytes() for table in tables]
+
+    assert simulated(3) == simulated(299)
 
 
 def test_steps_near_singular_states_stay_explicit():

@@ -71,6 +71,16 @@ def write_course_rates(course: Reals, x: float, h: float, rates: Reals) -> None:
 
 
 @lean
+def write_course_accelerations(course: Reals, x: float, h: float, accelerations: Reals) -> None:
+    """Write the accelerations (rad/s^2) at a share x of a step of length h (s)."""
+    for i in range(len(accelerations)):
+        value = 0.0
+        for k in range(COURSE_TERM_COUNT - 1, 1, -1):
+            value = k * (k - 1) * course[i, k] + x * value
+        accelerations[i] = value / (h * h)
+
+
+@lean
 def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) -> None:
     """Write upper bounds of |rate| (rad/s) and |acceleration| (rad/s^2) in the step.
 

@@ -13,7 +13,13 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.compiling.compiled import compiled, lean
-from hcsearch.kernels.linkage.courses import COURSE_TERM_COUNT, write_course, write_course_angles, write_course_rates
+from hcsearch.kernels.linkage.courses import (
+    COURSE_TERM_COUNT,
+    write_course,
+    write_course_accelerations,
+    write_course_angles,
+    write_course_rates,
+)
 from hcsearch.kernels.multibody.accelerations import (
     HELD_BY_FRICTION,
     DiscreteState,
@@ -34,6 +40,10 @@ EVENT_LOWER_STOP, EVENT_UPPER_STOP, EVENT_SNAP_DOWN, EVENT_SNAP_UP, EVENT_REST =
 joint that slides against friction comes to rest."""
 REVERSED_RATE = 1e-6
 """A sliding joint has come to rest where its rate is below 0, in the sense in which it slides, by more (rad/s)."""
+
+MAX_QUINTIC_DISTANCE = 50.0
+"""Greatest distance of the quintic through an implicit step from the cubic, in its middle, over the tolerance: smooth
+motions are below. A difference of accelerations counts there with h^2 / 64."""
 
 
 class IntegrationStep(NamedTuple):
@@ -58,12 +68,35 @@ def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: 
 
 
 @lean
+def _cubic_accelerations(span: IntegrationStep, i: int) -> tuple[float, float]:
+    """Return the accelerations at both ends with which the quintic through a step is the cubic through its rates."""
+    rise = 6.0 * (span.q1[i] - span.q0[i]) / span.h
+    start = (rise - 4.0 * span.v0[i] - 2.0 * span.v1[i]) / span.h
+    return start, (2.0 * span.v0[i] + 4.0 * span.v1[i] - rise) / span.h
+
+
+@lean
 def write_cubic_accelerations(span: IntegrationStep) -> None:
-    """Write the accelerations at both ends with which the quintic through a step is the cubic through its rates."""
+    """Write the accelerations of the cubic through the rates of a step at both of its ends."""
     for i in range(len(span.q0)):
-        rise = 6.0 * (span.q1[i] - span.q0[i]) / span.h
-        span.a0[i] = (rise - 4.0 * span.v0[i] - 2.0 * span.v1[i]) / span.h
-        span.a1[i] = (2.0 * span.v0[i] + 4.0 * span.v1[i] - rise) / span.h
+        span.a0[i], span.a1[i] = _cubic_accelerations(span, i)
+
+
+@lean
+def smooth_accelerations(span: IntegrationStep, absolute: float, relative: float, both: bool) -> None:
+    """Write accelerations of the cubic where the quintic would leave it by much: at the start, or at both ends.
+
+    absolute, relative : tolerances of coordinates. A stiff motion leaves its start, or an event, with accelerations
+    that last far less long than an implicit step; the quintic would follow them through all of it.
+    """
+    for i in range(len(span.q0)):
+        start, end = _cubic_accelerations(span, i)
+        allowed = absolute + relative * max(abs(span.q0[i]), abs(span.q1[i]))
+        most = 64.0 * MAX_QUINTIC_DISTANCE * allowed / (span.h * span.h)
+        if not abs(span.a0[i] - start) <= most:
+            span.a0[i] = start
+        if both and not abs(span.a1[i] - end) <= most:
+            span.a1[i] = end
 
 
 @lean
@@ -302,14 +335,19 @@ def _with_cubic_steps(tree: BodyTree, states: StateSeries, closed: float, work: 
             write_course(h, True, q[k], v[k], a[k], q[k + 1], v[k + 1], a[k + 1], course)
             for end in range(2):
                 states[0][row], states[1][row], states[2][row] = times[k + end], q[k + end], v[k + end]
-                states[3][row] = (2.0 * course[:, 2] + 6.0 * end * course[:, 3]) / (h * h)
+                write_course_accelerations(course, float(end), h, states[3][row])
                 row += 1
     return states
 
 
 @compiled
-def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, work: Work) -> StateSeries:
+def refined_motion(
+    mechanism: Mechanism, states: StateSeries, closed: float, smooth_from: float, work: Work
+) -> StateSeries:
     """Return a motion with closed states inserted in the middle of steps whose loops open by more than `closed`.
+
+    smooth_from : time (s) of the first implicit step, in and after which new states have the accelerations of the
+        polynomials: those of the states multiply the errors of rates.
 
     Steps that cubics describe better are described by these first, and all steps of motions without inertia, whose
     accelerations are 0. The new states are the projections of the polynomials onto closed loops, where Newton's method
@@ -344,6 +382,8 @@ def refined_motion(mechanism: Mechanism, states: StateSeries, closed: float, wor
                         slides[i] = 0 if hold.held[i] else np.sign(middles[1, k, i])
                 work.time[0] = 0.5 * (times[k] + times[k + 1])
                 split[k] = _close(mechanism, hold, scale, middles[0, k], middles[1, k], middles[2, k], work) < residual
+                if times[k] >= smooth_from and not cubic:
+                    write_course_accelerations(course, 0.5, h, middles[2, k])
         insertions = split.sum()
         if insertions == 0:
             break

@@ -31,6 +31,7 @@ from hcsearch.kernels.multibody.events import (
     first_event,
     first_near,
     greatest_pull,
+    smooth_accelerations,
     write_cubic_accelerations,
 )
 from hcsearch.kernels.multibody.hinges import law_moment, set_factors, write_energies
@@ -156,6 +157,7 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
     )
     work.time[0] = pace[PACE_TIME]
     accelerate_simulation(simulation, a)
+    _keep_accelerations(simulation, record.a[counts[0] - 1], a)
     start[:n], start[n : 2 * n], start[2 * n], start[2 * n + 1] = q, v, energies[4], pace[PACE_TIME]
     write_stage(mechanism, hold, start, a, work, stages[0])
     coordinates = np.zeros(n + len(mechanism.cuts.bodies))
@@ -224,12 +226,16 @@ def _shorten(
     pace[PACE_STOPS_KEPT] = 0.0
     start, end, last = stepper.start, stepper.end, stepper.stages[len(method.b)]
     v0, a0, v1, a1 = start[n : 2 * n], a, end[n : 2 * n], last[n : 2 * n]
-    overdamped = simulation.mechanism.overdamped
+    overdamped, smooth, both = simulation.mechanism.overdamped, _is_to_be_smooth(simulation), method.diagonal == 0.0
     if overdamped:  # the derivatives of coordinates are not part of the state
         v0, a0, v1, a1 = a, stepper.work.trial[0], last[:n], stepper.work.trial[1]
+    elif smooth:
+        a0 = simulation.record.a[simulation.record.counts[0] - 1]
     span = IntegrationStep(h, start[:n], v0, a0, end[:n], v1, a1)
     if overdamped:
         write_cubic_accelerations(span)
+    elif smooth:
+        smooth_accelerations(span, plan.absolute_tolerance, plan.relative_tolerance, both)
     share, joint, kind = first_event(simulation.mechanism, simulation.hold, span)
     length = h
     if kind == EVENT_REST:
@@ -252,6 +258,9 @@ def _shorten(
     if flat_share < 1.0:
         kind = -1
         length = land_on_flat(method, stepper, plan, flat_share * length, length)
+    if smooth and both and 0.0 < length < h:
+        span = IntegrationStep(length, span.q0, span.v0, span.a0, span.q1, span.v1, span.a1)
+        smooth_accelerations(span, plan.absolute_tolerance, plan.relative_tolerance, both)
     return length, flat_share, joint, kind
 
 
@@ -275,7 +284,7 @@ def _process_event(
     elif kind != EVENT_REST:
         record_event(record, time, joint, RECORDED_SNAP_UP if kind == EVENT_SNAP_UP else RECORDED_SNAP_DOWN, v[joint])
     accelerate_simulation(simulation, a)
-    _keep_stage_accelerations(simulation, last, a)
+    _keep_accelerations(simulation, last[len(a) :], a)
     _write_energies(simulation, energies)
     record_state(record, hold, time, q, v, a, energies, residual)
     _apply_event(simulation, joint, kind, a, energies)
@@ -291,7 +300,6 @@ def _complete_step(simulation: Simulation, flat: bool, share: float, last: Reals
     last : the derivative of the state at the end of the step.
     """
     hold, pace = simulation.hold, simulation.pace
-    events = pace[PACE_EVENT_COUNT]
     accelerate(simulation.mechanism, hold, simulation.q, simulation.v, pace[PACE_SCALE], True, simulation.work, a)
     simulation.record.counts[2] += 1
     if len(hold.slides):
@@ -303,25 +311,32 @@ def _complete_step(simulation: Simulation, flat: bool, share: float, last: Reals
                 pace[PACE_EVENT_COUNT] += 1.0
             else:
                 pace[PACE_STOPS_KEPT] = 1.0
-    if pace[PACE_EVENT_COUNT] == events:
-        _keep_stage_accelerations(simulation, last, a)
+    _keep_accelerations(simulation, last[len(a) :], a)
     _write_energies(simulation, energies)
 
 
 @lean
-def _keep_stage_accelerations(simulation: Simulation, last: Reals, a: Reals) -> None:
-    """Give free joints the accelerations of the last stage of an implicit step.
+def _is_to_be_smooth(simulation: Simulation) -> bool:
+    """Return whether steps are far longer than accelerations at a state last, so that these do not describe them.
 
-    Those at the state itself multiply the error of its rates by that by which dampers are stiff. Without inertia rates
-    are not part of the state.
+    Those of a state multiply the error of its rates by that by which dampers are stiff. Explicit steps are never so
+    long; without inertia, or with springs that close the loops, accelerations describe no motion.
     """
-    stiff = simulation.pace[PACE_STIFF] > 0.0
-    is_implicit = (simulation.stiff_method.diagonal if stiff else simulation.method.diagonal) > 0.0
-    if is_implicit and not simulation.mechanism.overdamped:
-        n = len(a)
-        for i in range(n):
+    method, mechanism = current_method(simulation), simulation.mechanism
+    extrapolated = method.extrapolation_order > 0 and not mechanism.closure_stiffness > 0.0
+    return (method.diagonal > 0.0 or extrapolated) and not mechanism.overdamped
+
+
+@lean
+def _keep_accelerations(simulation: Simulation, known: Reals, a: Reals) -> None:
+    """Give free joints known accelerations, of the last stage or the recorded state, where these are to be smooth.
+
+    A joint that is freed begins with none.
+    """
+    if _is_to_be_smooth(simulation):
+        for i in range(len(a)):
             if not simulation.hold.held[i]:
-                a[i] = last[n + i]
+                a[i] = known[i]
 
 
 @compiled

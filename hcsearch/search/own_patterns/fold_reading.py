@@ -341,7 +341,7 @@ class _Reading:
     def _joins(self) -> dict[FacetPair, FacetJoin]:
         """Return the joints of faces that share an edge; InputFileError where their marks contradict each other.
 
-        Faces whose common sides are shorter than twice the tolerance only touch at a corner, of which two images remain.
+        Faces whose common sides are shorter than twice the tolerance only touch at a corner, which has two images.
         """
         joins: dict[FacetPair, FacetJoin] = {}
         kinds: dict[FacetPair, dict[FacetJoin | None, FacetSide]] = defaultdict(dict)

@@ -25,7 +25,13 @@ from hcsearch.kernels.multibody.steps import StepPlan
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.kernels.multibody.welds import cut_angles
-from hcsearch.springs.dynamics.integration_methods import interpolate_motion, method_named, methods_text
+from hcsearch.springs.dynamics.integration_methods import (
+    EXTRAPOLATED_METHOD,
+    IMPLICIT_METHOD,
+    interpolate_motion,
+    method_named,
+    methods_text,
+)
 from hcsearch.springs.dynamics.system import System
 
 SimulationStop = Literal[
@@ -115,6 +121,11 @@ class Motion(ByValue):
     def method(self) -> str:
         """The integrator, or both of them with the time at which the second one takes over."""
         return methods_text(self.methods, self.stiff_time)
+
+    @property
+    def implicit_time(self) -> float:
+        """The time from which steps are implicit, s; infinite where none is."""
+        return 0.0 if self.methods[0] in {IMPLICIT_METHOD, EXTRAPOLATED_METHOD} else self.stiff_time
 
     @property
     def drift(self) -> float:
@@ -279,7 +290,9 @@ def closed_states(system: System, motion: Motion) -> StateSeries:
     states: StateSeries = (motion.times, motion.q, motion.v, motion.a)
     if system.closure_stiffness or not len(mechanism.tree.rows):
         return states
-    return refined_motion(mechanism, states, INTERPOLATED_STATE_RESIDUAL, work_for(mechanism.tree))
+    return refined_motion(
+        mechanism, states, INTERPOLATED_STATE_RESIDUAL, motion.implicit_time, work_for(mechanism.tree)
+    )
 
 
 def loose_states(system: System, motion: Motion) -> float:
