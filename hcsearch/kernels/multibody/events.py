@@ -346,12 +346,12 @@ def refined_motion(
 ) -> StateSeries:
     """Return a motion with closed states inserted in the middle of steps whose loops open by more than `closed`.
 
-    smooth_from : time (s) of the first implicit step, in and after which new states have the accelerations of the
-        polynomials: those of the states multiply the errors of rates.
-
     Steps that cubics describe better are described by these first, and all steps of motions without inertia, whose
     accelerations are 0. The new states are the projections of the polynomials onto closed loops, where Newton's method
     converges; the halves are refined in the same way, up to `MAX_REFINEMENT_PASSES` times.
+
+    smooth_from : time (s) from which steps are implicit, and new states have the accelerations of the polynomials:
+        those of the states multiply the errors of rates.
     """
     tree, n = mechanism.tree, states[1].shape[1]
     slides = np.zeros(len(mechanism.hinges.friction), np.int8)
