@@ -115,7 +115,7 @@ def test_steps_that_stability_limits_become_implicit_on_the_way():
     [("hex:0232335050:2", 1000.0, 1.0), ("hex:0234550132:4", 1000.0, 1e6), ("square:01222300:1", 100.0, 1.0)],
 )
 @pytest.mark.parametrize(("method", "greatest"), [("implicit", 2e-4), ("linearly-implicit", 3e-3)])
-def test_stiff_motions_are_as_exact_within_steps_as_at_their_ends(name, factor, spread, method, greatest):
+def test_stiff_motions_are_exact_within_steps_too(name, factor, spread, method, greatest):
     compiled = slower(name, factor, spread)
     exact = simulate_compiled(compiled, method="implicit", tolerance=1e-10, certified=False)
     deployment = simulate_compiled(compiled, method=method, tolerance=1e-6, certified=False)

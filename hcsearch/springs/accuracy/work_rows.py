@@ -28,7 +28,7 @@ from hcsearch.springs.deployment.simulated_deployment import (
     Deployment,
     simulate_compiled,
 )
-from hcsearch.springs.dynamics.time_integration import Motion, greatest_opening
+from hcsearch.springs.dynamics.time_integration import Motion
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 """Tolerances of the simulations that are compared, the coarsest first."""
@@ -249,7 +249,7 @@ def row_errors(deployment: Deployment, reference: ReferenceMotion) -> dict[str, 
         "time_error": time_error,
         "drift": motion.drift / max(motion.largest_energy, MIN_BALANCE_ENERGY),
         "lost_error": lost_error,
-        "opening": greatest_opening(deployment.compiled.system, motion),
+        "opening": deployment.opening,
         "note": deployment.reason if deployment.outcome in NO_ANSWER else note,
     }
 

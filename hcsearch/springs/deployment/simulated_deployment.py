@@ -95,7 +95,7 @@ class Deployment(ByValue):
             end_remaining=float(np.abs(end).sum()) / size,
             widest=float(np.abs(end).max(initial=0.0)),
             drift=motion.drift / max(motion.largest_energy, MIN_BALANCE_ENERGY),
-            opening=greatest_opening(self.compiled.system, motion),
+            opening=self.opening,
             steps=len(motion.times) - 1,
             evaluations=motion.evaluations,
             looks=0 if clearance is None else clearance.bound_count,
@@ -113,6 +113,11 @@ class Deployment(ByValue):
     def _closed_states(self) -> StateSeries:
         """The states, with others inserted that keep the loops closed."""
         return closed_states(self.compiled.system, self.motion)
+
+    @cached_property
+    def opening(self) -> float:
+        """The greatest closure residual at and between states, rad, or gap over size."""
+        return greatest_opening(self.compiled.system, self._closed_states, self.motion.cubic)
 
     @property
     def sentence(self) -> str:

@@ -278,10 +278,10 @@ def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
     return states, gaps
 
 
-def greatest_opening(system: System, motion: Motion) -> float:
-    """Return the greatest closure residual at and between the states of `closed_between`; rad, or gap over size."""
+def greatest_opening(system: System, states: StateSeries, cubic: bool) -> float:
+    """Return the greatest closure residual at and between states, rad, or gap over size; cubic : as of `Motion`."""
     tree = system.mechanism.tree
-    return float(largest_opening(tree, closed_states(system, motion), motion.cubic, work_for(tree)))
+    return float(largest_opening(tree, states, cubic, work_for(tree)))
 
 
 def closed_states(system: System, motion: Motion) -> StateSeries:
