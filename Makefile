@@ -26,6 +26,7 @@ check: $(VENV)/tested
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tests.package_size
 
 # fails below the floor in pyproject.toml
 coverage: $(VENV)/covered

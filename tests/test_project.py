@@ -10,6 +10,7 @@ import yaml
 from packaging.version import Version
 
 import hcsearch
+from tests import package_size
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -69,6 +70,27 @@ def test_the_version_is_stated_and_installed():
 def test_the_version_is_that_of_the_newest_release_or_of_the_next_one():
     stated, newest = Version(PROJECT["project"]["version"]), Version(newest_release()[0])
     assert stated == newest or (stated.is_devrelease and stated > newest)
+
+
+def test_the_size_of_the_package_is_told_beside_that_of_the_last_release():
+    size = package_size.size_of(ROOT / "hcsearch")
+    head, *rows = (re.split(r" {2,}", line) for line in package_size.table_of(size))
+    assert (head[1], head[2], head[3]) == ("now", newest_release()[0], "ceiling")
+    assert [row[1] for row in rows] == [f"{size[key]:,}" for key in ("modules", "lines", "code")]
+
+
+@pytest.mark.parametrize("key", ["modules", "lines", "code"])
+def test_a_size_above_its_ceiling_is_a_fault(key):
+    allowed = {name: package_size.SIZES[name] for name in ("modules", "lines", "code")}
+    assert package_size.faults_of(allowed) == []
+    (fault,) = package_size.faults_of(allowed | {key: allowed[key] + 1})
+    assert f"above the ceiling of {allowed[key]:,}" in fault
+
+
+def test_comments_docstrings_and_blank_lines_are_no_code():
+    told = '"""A module.\n\nOf two values.\n"""\n\n# why\n'
+    source = told + 'A = (\n    1,  # one\n)\nB = """two\nlines"""\n"""Told."""\n'
+    assert package_size.code_lines(source) == 5
 
 
 REQUIRED = {"cff-version", "message", "title", "authors"}
