@@ -6,12 +6,14 @@ import re
 import shlex
 import subprocess
 import sys
+from itertools import chain
 
 import click
 import pytest
 from click.testing import CliRunner
 
 import hcsearch
+from hcsearch.cli import GROUPS
 from hcsearch.cli import hcsearch as command_line
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
@@ -117,7 +119,7 @@ def commands_in_sentences(document):
 def test_commands_in_sentences_have_the_words_that_there_are(document):
     for words in commands_in_sentences(document):
         command = command_line
-        while isinstance(command, click.Group) and words and words[0] not in {"NAME", "COMMAND"}:
+        while isinstance(command, click.Group) and words and words[0] not in {"NAME", "COMMAND", "--help"}:
             command = command.get_command(click.Context(command), words.pop(0))
         options = {option for parameter in command.params for option in parameter.opts}
         assert {word for word in words if word.startswith("--")} <= options | {"--help"}, words
@@ -192,6 +194,32 @@ def test_the_page_of_commands_names_them_all():
     for words in commands():
         if words and words[0] != "bench" and not isinstance(command_of(words), click.Group):
             assert f"`{' '.join(words)}`" in page, words
+
+
+def test_the_page_of_commands_has_their_groups():
+    page = (ROOT / "docs" / "reference" / "commands.md").read_text(encoding="utf-8")
+    table = page.partition("\n## ")[0]
+    rows = re.findall(r"^\| (.*?) ?\| `(.*?)` \| ", table, re.MULTILINE)
+    listed, group = {}, ""
+    for title, named in rows:
+        group = title or group
+        listed.setdefault(group, set()).update(word.split()[0] for word in named.split("`, `"))
+    listed["machine"].remove("bench")
+    assert listed == {
+        group: {command.name for command in chain(first, further)} for group, (first, further) in GROUPS.items()
+    }
+
+
+def test_help_describes_at_most_16_commands_and_names_the_others():
+    described = [command.name for first, _ in GROUPS.values() for command in first]
+    assert len(described) <= 16
+    result = CliRunner().invoke(command_line, ["--help"])
+    first, _, further = result.output.partition("\nFurther commands:\n")
+    assert all(re.search(rf"^  {name} +[A-Z]", first, re.MULTILINE) for name in described)
+    rows = re.findall(rf"^  (?:{'|'.join(GROUPS)}) +(.*)$", further, re.MULTILINE)
+    others = ", ".join(rows).split(", ")
+    assert {*described, *others} == {words[0] for words in commands() if len(words) == 1}
+    assert len(described) + len(others) == len({*described, *others})
 
 
 def command_of(words):

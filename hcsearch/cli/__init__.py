@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.metadata import entry_points, version
+from itertools import chain
 from typing import Any, TextIO
 
 import click
@@ -45,6 +46,17 @@ _WAITING = ("serve",)
 """Commands that wait for others most of their time."""
 _PIPE_CODE = 128 + 13  # exit code of SIGPIPE in shells
 
+GROUPS: dict[str, tuple[tuple[click.Command, ...], tuple[click.Command, ...]]] = {
+    "search": ((init, enumerate_, count), (units,)),
+    "look": ((query, rank, show, report, serve), (assembly,)),
+    "one design": ((check, deploy, tune, drive, sheet), (motion_, accuracy)),
+    "prove": ((prove, verify), ()),
+    "export": ((export,), ()),
+    "data": ((), (atlas, identify)),
+    "machine": ((), (compile_,)),
+}
+"""The commands by what they are for: those that `hcsearch --help` describes, and further ones, which it names."""
+
 
 class _UnreadError(Exception):
     """The reader of the output has closed it."""
@@ -67,6 +79,22 @@ class _Commands(click.Group):
             for added in entry_points(group=_ADDED, name=cmd_name):
                 command = added.load()
         return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the commands in groups; of further ones, the names."""
+        width = max(map(len, GROUPS))  # no name on this screen is longer
+        room = formatter.width - width - 6  # as click has it
+        sections = {
+            group: [(str(command.name), command.get_short_help_str(room)) for command in first]
+            for group, (first, _) in GROUPS.items()
+        }
+        named = {group: [str(command.name) for command in further] for group, (_, further) in GROUPS.items()}
+        named["machine"] += [name for name in self.list_commands(ctx) if name not in self.commands]
+        sections["further commands"] = [(group, ", ".join(names)) for group, names in named.items() if names]
+        for title, rows in sections.items():
+            if rows:
+                with formatter.section(title.capitalize()):
+                    formatter.write_dl([(name.ljust(width), text) for name, text in rows])
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; raise _UnreadError for a broken pipe."""
@@ -95,31 +123,7 @@ def hcsearch(context: click.Context) -> None:
         context.with_resource(ProgressMeter(doing=context.invoked_subcommand))
 
 
-for command in (
-    init,
-    enumerate_,
-    count,
-    prove,
-    query,
-    rank,
-    show,
-    report,
-    atlas,
-    serve,
-    sheet,
-    assembly,
-    deploy,
-    accuracy,
-    tune,
-    drive,
-    motion_,
-    export,
-    check,
-    identify,
-    units,
-    verify,
-    compile_,
-):
+for command in chain.from_iterable(chain(*GROUPS.values())):
     hcsearch.add_command(command)
 
 
