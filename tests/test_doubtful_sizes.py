@@ -13,7 +13,7 @@ from hcsearch import Circuit, Folding, Scene, deploy, enumerate_into, save
 from hcsearch.basics.errors import HcsearchWarning, SceneError
 from hcsearch.cases.names import LENGTH_PARAMETERS, parameters_of
 from hcsearch.designs.grid import GRIDS
-from hcsearch.designs.panel_sizes import GIVEN_EDGES, default_panel, panel_size_doubt, read_panel
+from hcsearch.designs.panel_sizes import default_panel, panel_size_doubt, read_panel
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.scene import with_size
@@ -117,7 +117,7 @@ def test_panels_with_sides_of_several_lengths_have_a_given_edge(grid):
     corners = GRIDS[grid].corners((0, 0, GRIDS[grid].kinds - 1))
     lengths = [math.dist(corners[k - 1], corners[k]) for k in range(len(corners))]
     assert min(abs(length - 1.0) for length in lengths) < 1e-12
-    assert (max(lengths) - min(lengths) > 0.1) == (grid in GIVEN_EDGES)
+    assert (max(lengths) - min(lengths) > 0.1) == bool(GRIDS[grid].given_edge)
 
 
 def only_warning(done):

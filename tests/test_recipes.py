@@ -14,6 +14,8 @@ from tests.documents import ROOT, agrees, blocks, examples_in
 
 _, _, PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("\n## Recipes\n")
 RECIPES = dict(re.findall(r"^### (.*?)\n(.*?)(?=^### |\Z)", PAGE, re.MULTILINE | re.DOTALL))
+MOST_FILES = {"Add a tiling": 1}
+"""How many files a recipe may change at most."""
 NEXT = f"{int(SCHEMA_REVISION) + 1:04d}"
 
 
@@ -40,7 +42,12 @@ def apply_patch(package, patch, *options):
 
 
 def test_there_is_a_recipe_for_each_kind_of_addition():
-    assert [name.rpartition(" ")[2] for name in RECIPES] == ["command", "format", "column", "stage"]
+    assert [name.rpartition(" ")[2] for name in RECIPES] == ["command", "format", "tiling", "column", "stage"]
+
+
+@pytest.mark.parametrize(("name", "count"), MOST_FILES.items())
+def test_a_fact_stands_in_few_files(name, count):
+    assert RECIPES[name].count("diff --git ") <= count
 
 
 @pytest.mark.parametrize("name", RECIPES)

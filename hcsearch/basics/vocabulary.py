@@ -76,9 +76,14 @@ MILLIMETRE_DECIMALS = 6
 """Decimals of gaps in millimetres, down to a nanometre: smaller values are rounding errors, and become 0."""
 
 
+def plural(noun: str) -> str:
+    """Return the plural of a noun, such as `hinges` and `rhombuses`."""
+    return f"{noun}es" if noun.endswith("s") else f"{noun}s"
+
+
 def counted(count: int, noun: str) -> str:
     """Return a number of things in words, such as `1 hinge` and `2 hinges`."""
-    return f"{count:,} {noun}{'' if count == 1 else 's'}"
+    return f"{count:,} {noun if count == 1 else plural(noun)}"
 
 
 def percent(share: float) -> str:

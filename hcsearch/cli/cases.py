@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.basics.errors import HcsearchError, SceneError
-from hcsearch.basics.vocabulary import WAYS, counted
+from hcsearch.basics.vocabulary import WAYS, counted, listed
 from hcsearch.cli.options import Command, database_option, joined_words
+from hcsearch.designs.grid import GRIDS
 
 if TYPE_CHECKING:
     from hcsearch.cases.case import Case
@@ -19,6 +20,13 @@ if TYPE_CHECKING:
 def sizes_text(facts: Mapping[str, Any]) -> str:
     """Return the numbers of panels, hinges and loops of a linkage in words."""
     return ", ".join(counted(facts[f"{part}s"], part) for part in ("panel", "hinge", "loop"))
+
+
+def _given_edges() -> str:
+    """Return which edge's length is given of the panels of each grid with several, such as `the leg of right45`."""
+    edges = dict.fromkeys(grid.given_edge for grid in GRIDS.values() if grid.given_edge)
+    of_grids = {edge: [grid.name for grid in GRIDS.values() if grid.given_edge == edge] for edge in edges}
+    return ", ".join(f"the {edge} of {listed(names, 'and')}" for edge, names in of_grids.items())
 
 
 def scene_options(command: Command) -> Command:
@@ -39,7 +47,7 @@ def scene_options(command: Command) -> Command:
             metavar="LxWxT",
             help="Size of the panels in mm: length, width and thickness, or side and thickness (SxT), or 'across WxT', "
             "the width across flats (of equilateral triangles, the height) and the thickness. Of several sides, S is "
-            "the leg of right45 and obtuse, the hypotenuse of right30, the longer side of a kite.",
+            f"{_given_edges()}.",
         ),
         click.option(
             "--scene",

@@ -19,8 +19,6 @@ ACROSS_FLATS_PREFIX = "across "
 """Prefix of a text that gives the width across flats and the thickness, as in `across 1000x20`."""
 _NUMBER = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
-GIVEN_EDGES = {"kite": "longer side", "right45": "leg", "right30": "hypotenuse", "obtuse": "leg"}
-"""The edge whose length is given, of panels with several."""
 
 
 def _side_lengths(grid: str) -> list[float]:
@@ -31,7 +29,7 @@ def _side_lengths(grid: str) -> list[float]:
 
 def _across(grid: str) -> float | None:
     """The distance across flats (of a triangle its height) over the side; None where lengths of sides differ."""
-    if grid in GIVEN_EDGES or GRIDS[grid].stretched:
+    if GRIDS[grid].given_edge or GRIDS[grid].stretched:
         return None
     first, second, *others = (complex(*corner) for corner in GRIDS[grid].corners((0, 0, 0)))
     return max(((corner - first) * (second - first).conjugate()).imag for corner in others)
@@ -39,13 +37,13 @@ def _across(grid: str) -> float | None:
 
 def default_panel(grid: str) -> PanelSize:
     """Length, width and thickness of a panel in the scene `default`, in metres."""
-    return (0.050, 0.040 if grid == "rectangle" else 0.050, 0.006)
+    return (0.050, 0.040 if GRIDS[grid].stretched else 0.050, 0.006)
 
 
 def read_panel(text: str, grid: str | None = None) -> PanelSize:
     """Read the size of a panel (m) in millimetres: length x width x thickness, or side x thickness.
 
-    Length and width are the same except for rectangles: the side, or the edge of `GIVEN_EDGES`. grid : of the panel, if
+    Length and width are the same except for rectangles: the side, or the grid's given edge. grid : of the panel, if
     known; panels of `rectangle` have three sizes. For a known grid with equal sides, `across 1000x20` gives the width
     across flats (of a triangle its height) and the thickness.
     """
@@ -58,7 +56,7 @@ def read_panel(text: str, grid: str | None = None) -> PanelSize:
             "thickness, such as 50x6"
         )
     sizes = [float(f"{float(part):.10g}") * 1e-3 for part in match.groups() if part is not None]
-    if len(sizes) == 2 and grid == "rectangle":
+    if len(sizes) == 2 and grid is not None and GRIDS[grid].stretched:
         likely = "50x40x6" if _faults((sizes[0], sizes[1], 0.006)) else f"{match[1]}x{match[2]}x6"
         raise SceneError(
             f"{text!r} is no rectangle, which has a length, a width and a thickness: write three numbers in mm, such "
@@ -79,7 +77,7 @@ def _read_across(text: str, grid: str) -> PanelSize:
         raise SceneError(f"{text!r} is no width across flats: write width x thickness in mm, such as 1000x20")
     factor = _across(grid)
     if factor is None:
-        sizes = "50x40x6" if GRIDS[grid].stretched else f"50x6, where 50 is the {GIVEN_EDGES[grid]}"
+        sizes = "50x40x6" if GRIDS[grid].stretched else f"50x6, where 50 is the {GRIDS[grid].given_edge}"
         raise SceneError(f"panels of the {grid} grid have no width across flats: write --panel {sizes}")
     return read_panel(f"{float(match[1]) / factor:.10g}x{match[2]}")
 

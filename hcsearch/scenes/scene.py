@@ -8,9 +8,9 @@ from dataclasses import dataclass, fields, replace
 
 from hcsearch.basics.errors import HcsearchWarning, SceneError
 from hcsearch.basics.vocabulary import WAYS, Way
+from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import (
     ACROSS_FLATS_PREFIX,
-    GIVEN_EDGES,
     PanelSize,
     default_panel,
     panel_size_doubt,
@@ -195,10 +195,10 @@ docs/explanation/tuning.md. `satellite`: on a floating cube of 4 kg and 0.1 m, a
 def panel_of(scene: Scene, grid: str) -> PanelSize:
     """Return the size of the panels of a design in a scene, m; SceneError where its grid has no such panels."""
     panel = scene.panel or default_panel(grid)
-    if panel[0] != panel[1] and grid not in {"square", "rectangle"}:
+    if panel[0] != panel[1] and not GRIDS[grid].is_rectangular:
         one, other = "one side", ", or --panel 'across WIDTHxTHICKNESS'"
-        if grid in GIVEN_EDGES:
-            one, other = "one given length", f", where SIDE is the {GIVEN_EDGES[grid]}"
+        if GRIDS[grid].given_edge:
+            one, other = "one given length", f", where SIDE is the {GRIDS[grid].given_edge}"
         raise SceneError(
             f"panels of the {grid} grid have {one}: write --panel SIDExTHICKNESS in mm, such as 50x6{other}"
         )
@@ -208,7 +208,7 @@ def panel_of(scene: Scene, grid: str) -> PanelSize:
 def check_verdicts(scene: Scene, grid: str, n: int) -> None:
     """Refuse a scene in which foldings of n panels of a grid cannot be tried."""
     panel = panel_of(scene, grid)
-    if grid == "square" and panel[0] != panel[1]:
+    if not GRIDS[grid].stretched and panel[0] != panel[1]:
         raise SceneError(
             "designs of squares count as one when they are turned, so that panels are square: use the grid rectangle"
         )

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from hcsearch.basics.vocabulary import plural
+from hcsearch.designs.grid import GRIDS
 from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.web.report.lead_sentences import PANEL_WORDS
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ HALF_OPEN_GRIDS = ("rhombus", "kite", "right45", "right30", "obtuse")
 
 
 def _title(grid: str) -> str:
-    return PANEL_WORDS[grid].capitalize()
+    return plural(GRIDS[grid].exact_noun).capitalize()
 
 
 GRID_PICTURES = tuple(

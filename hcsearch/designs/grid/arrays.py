@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -182,10 +183,37 @@ def is_cell(grid: Grid, numbers: tuple[int, ...]) -> bool:
 def cell_form(grid: Grid) -> tuple[tuple[str, ...], str]:
     """The names of a cell's coordinates, and the range of the kind."""
     if grid.kinds == 1:
-        return (("q", "r") if grid.name == "hex" else ("x", "y")), ""
+        return (("q", "r") if grid.axes == 6 else ("x", "y")), ""
     if grid.kinds == 2:
         return ("x", "y", "u"), ", u 0 (up) or 1 (down)"
     return ("x", "y", "k"), f", k from 0 to {grid.kinds - 1}"
+
+
+def cells_at(grid: Grid, places: Sequence[LatticePoint]) -> list[Cell]:
+    """All cells at some lattice points."""
+    return [(*place, kind) if grid.kinds > 1 else place for place in places for kind in range(grid.kinds)]
+
+
+def cells_within(grid: Grid, regions: Sequence[Sequence[tuple[float, float]]]) -> list[Cell]:
+    """The cells in any of some convex regions with corners at lattice points or halves of these, counterclockwise."""
+    origin, (ax, ay), (bx, by) = (grid.point((x, y, 0)) for x, y in ((0, 0), (1, 0), (0, 1)))
+    scale = grid.corner_scale
+    basis = (scale * (ax - origin[0]), scale * (ay - origin[1]), scale * (bx - origin[0]), scale * (by - origin[1]))
+    found: dict[Cell, None] = {}
+    for region in regions:
+        corners = [(basis[0] * x + basis[2] * y, basis[1] * x + basis[3] * y) for x, y in region]
+        sides = list(zip(corners, corners[1:] + corners[:1], strict=True))
+        (left, right), (low, high) = (
+            (math.floor(min(values)) - 1, math.ceil(max(values)) + 1) for values in zip(*region, strict=True)
+        )
+        for cell in cells_at(grid, [(x, y) for y in range(low, high) for x in range(left, right)]):
+            if all(
+                (qx - px) * (y - py) - (qy - py) * (x - px) >= 0
+                for x, y in grid.lattice_corners(cell)
+                for (px, py), (qx, qy) in sides
+            ):
+                found[cell] = None
+    return list(found)
 
 
 def _parts(grid: Grid, cells: Iterable[Cell]) -> int:

@@ -7,8 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from hcsearch.basics.errors import ArrayError, HcsearchError, NotationError
-from hcsearch.designs.grid.arrays import Array, cell_form, check_size, is_cell
-from hcsearch.designs.grid.lattice_regions import SQUARES, blocks, within
+from hcsearch.designs.grid.arrays import Array, cell_form, cells_at, cells_within, check_size, is_cell
 from hcsearch.designs.grid.tilings import Cell, Grid
 from hcsearch.system.reading import read_text_file
 
@@ -110,7 +109,7 @@ def _rows_of_line(grid: Grid, line: str, *, only: bool) -> list[str]:
     rows = (line if only else line.rstrip().removesuffix("/")).split("/")
     spaced = all(row[:1].isspace() for row in rows[1:]) and all(row[-1:].isspace() for row in rows[:-1])
     blank = next((number for number, row in enumerate(rows, 1) if row[:1].isspace()), None)
-    if grid.name in SQUARES and blank and len(rows) > 1 and not (spaced and blank > 1):
+    if "square" in grid.blocks and blank and len(rows) > 1 and not (spaced and blank > 1):
         raise NotationError(
             f"row {blank} of {line.strip()!r} begins with a blank: write ' / ' between all rows, and . for an empty "
             "place"
@@ -129,7 +128,7 @@ def _with_places(grid: Grid, rows: Sequence[str]) -> list[str]:
     if any("\t" in row for row in rows) and all(len(field.strip()) < 2 for row in fields for field in row):
         return ["".join(field.strip() or " " for field in row) for row in fields]
     rows = [row.expandtabs() for row in rows]
-    if grid.name not in SQUARES:
+    if "square" not in grid.blocks:
         return list(rows)
     margin = min((len(row) - len(row.lstrip()) for row in rows if row), default=0)
     return [row[margin::2] for row in rows] if not any(row[margin + 1 :: 2].strip() for row in rows) else list(rows)
@@ -138,22 +137,22 @@ def _with_places(grid: Grid, rows: Sequence[str]) -> list[str]:
 def _drawn_cells(grid: Grid, rows: Sequence[str]) -> list[Cell]:
     """The cells of a drawing, whose rows are given from the top; an X is one of `grid`'s shapes, as docs show them.
 
-    On squares an X is a cell; on `right45` a square of four. On hexagons it is a hexagon, two places wide, so that rows
-    are shifted by one place. On triangles places alternate between upright ones, with the first of the first row, and
-    inverted ones.
+    On squares an X is a cell, or the square that the cells of a lattice point fill. On hexagons it is a hexagon, two
+    places wide, so that rows are shifted by one place. On triangles places alternate between upright ones, with the
+    first of the first row, and inverted ones.
     """
     places = [(column, k) for k, row in enumerate(rows) for column, mark in enumerate(row) if mark == "X"]
     if not places:
         raise NotationError("the drawing has no cell: draw cells as X and empty places as .")
     check_size(len(places) * max(1, grid.kinds // 2), "the drawing")
-    if grid.name in SQUARES:
-        return blocks(grid, [(column, -row) for column, row in places])
+    if "square" in grid.blocks:
+        return cells_at(grid, [(column, -row) for column, row in places])
     steps = [(column + row, row) for column, row in places]  # 2 x, and 1 more for an inverted triangle, in each row -y
-    if grid.name in ("triangle", "obtuse"):
+    if "hexagon" not in grid.blocks:
         return [
             cell
             for step, row in steps
-            for cell in within(grid, [_triangle_at(step // 2, -row, inverted=step % 2 == 1)])
+            for cell in cells_within(grid, [_triangle_at(step // 2, -row, inverted=step % 2 == 1)])
         ]
     odd = next((row for step, row in steps if (step - steps[0][0]) % 2), None)
     if odd is not None:
@@ -161,7 +160,7 @@ def _drawn_cells(grid: Grid, rows: Sequence[str]) -> list[Cell]:
             f"row {odd + 1} of the drawing does not lie as rows of hexagons do: a hexagon is two places wide, and each "
             "row is shifted by one, as in .X.X./X.X.X"
         )
-    return blocks(grid, [((step - steps[0][0]) // 2, -row) for step, row in steps])
+    return cells_at(grid, [((step - steps[0][0]) // 2, -row) for step, row in steps])
 
 
 def _triangle_at(x: int, y: int, *, inverted: bool) -> list[tuple[float, float]]:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 
 from hcsearch.basics.errors import NotationError, expect_kind
-from hcsearch.designs.grid.arrays import Array, check_size
+from hcsearch.designs.grid.arrays import Array, cells_at, cells_within, check_size
 from hcsearch.designs.grid.drawn_arrays import array_in_file, drawn_array, is_drawing, refuse_strange_row
-from hcsearch.designs.grid.lattice_regions import HEXAGONS, SQUARES, TRIANGLES, blocks, within
 from hcsearch.designs.grid.tessellation import LatticePoint
 from hcsearch.designs.grid.tilings import Cell, Grid, grid_of
 
@@ -19,8 +18,8 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
     parallelogram, `t5` a triangle of side 5, `h3` a hexagon of side 3 and `s1` a star with points of side 1, of
     triangles or hexagons; `XXX / X.X` is drawn, its rows from the top, between slashes or on lines; `@file` names a
     file with one cell a line, or with a drawing. On grids whose panels are parts of squares, triangles or hexagons,
-    these are cut into panels (docs/reference/grids.md has pictures): squares `6x5` of `right45` in two, with its legs
-    as sides. An array's own notation is read, too.
+    these are cut into panels (docs/reference/grids.md has pictures): squares `6x5` of isosceles right triangles in two,
+    with their legs as sides. An array's own notation is read, too.
 
     Parameters
     ----------
@@ -82,65 +81,71 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
 
 def _help(grid: Grid) -> str:
     """The specifications that a grid has, as a sentence part."""
-    words = ["6x5 (columns x rows)"] if grid.name in SQUARES else []
-    words += ["3-4-3 (rows of hexagons from the top)"] if grid.name in HEXAGONS else []
-    if grid.name not in SQUARES:
+    words = ["6x5 (columns x rows)"] if "square" in grid.blocks else []
+    words += ["3-4-3 (rows of hexagons from the top)"] if "hexagon" in grid.blocks else []
+    if "square" not in grid.blocks:
         words.append("t5, h3 (triangle, hexagon by its side)")
-    if grid.name in TRIANGLES or grid.name == "rhombus":
+    if "triangle" in grid.blocks or _meet_in_stars(grid):
         words.append("s1 (star)")
     return f"use {', '.join([*words, 'p5x4', '@file'])}, a drawing (XXX / X.X) or an array's notation"
 
 
 def _rectangle(grid: Grid, sizes: list[int]) -> list[Cell] | None:
-    columns, rows = sizes
-    if grid.name == "right45":  # squares on the legs, which lie on the diagonals of the lattice
-        x, y = 0.5 * columns, 0.5 * rows
-        return within(grid, [[(0, 0), (x, x), (x - y, x + y), (-y, y)]])
-    return _parallelogram(grid, sizes) if grid.name in SQUARES else None
+    if "square" not in grid.blocks:
+        return None
+    if grid.is_rectangular:
+        return _parallelogram(grid, sizes)
+    x, y = (0.5 * size for size in sizes)  # squares on the legs, which lie on the diagonals of the lattice
+    return cells_within(grid, [[(0, 0), (x, x), (x - y, x + y), (-y, y)]])
 
 
 def _parallelogram(grid: Grid, sizes: list[int]) -> list[Cell]:
     columns, rows = sizes
-    if grid.name in TRIANGLES:
-        return within(grid, [[(0, 0), (columns, 0), (columns, rows), (0, rows)]])
-    return blocks(grid, [(x, y) for y in range(rows) for x in range(columns)])
+    if "triangle" in grid.blocks:
+        return cells_within(grid, [[(0, 0), (columns, 0), (columns, rows), (0, rows)]])
+    return cells_at(grid, [(x, y) for y in range(rows) for x in range(columns)])
 
 
 def _triangle(grid: Grid, sizes: list[int]) -> list[Cell] | None:
     side = sizes[0]
-    if grid.name in TRIANGLES:
-        return within(grid, [[(0, 0), (side, 0), (0, side)]])
-    if grid.name in HEXAGONS:
-        return blocks(grid, [(x, y) for y in range(side) for x in range(side - y)])
+    if "triangle" in grid.blocks:
+        return cells_within(grid, [[(0, 0), (side, 0), (0, side)]])
+    if "hexagon" in grid.blocks:
+        return cells_at(grid, [(x, y) for y in range(side) for x in range(side - y)])
     return None
 
 
 def _hexagon(grid: Grid, sizes: list[int]) -> list[Cell] | None:
     side = sizes[0]
-    if grid.name in TRIANGLES:
-        return within(grid, [[(side, 0), (0, side), (-side, side), (-side, 0), (0, -side), (side, -side)]])
-    if grid.name in HEXAGONS:
+    if "triangle" in grid.blocks:
+        return cells_within(grid, [[(side, 0), (0, side), (-side, side), (-side, 0), (0, -side), (side, -side)]])
+    if "hexagon" in grid.blocks:
         span = range(1 - side, side)
-        return blocks(grid, [(q, r) for r in span for q in span if abs(q + r) < side])
+        return cells_at(grid, [(q, r) for r in span for q in span if abs(q + r) < side])
     return None
 
 
 def _star(grid: Grid, sizes: list[int]) -> list[Cell] | None:
     side = sizes[0]
-    if grid.name in TRIANGLES:
+    if "triangle" in grid.blocks:
         up, down = (
             [(-side, -side), (2 * side, -side), (-side, 2 * side)],
             [(side, side), (-2 * side, side), (side, -2 * side)],
         )
-        return within(grid, [up, down])
-    if grid.name == "rhombus" and side == 1:  # the six rhombi around a corner
-        near = blocks(grid, [(x, y) for y in (-1, 0) for x in (-1, 0)])
+        return cells_within(grid, [up, down])
+    if _meet_in_stars(grid) and side == 1:  # the six panels around a corner
+        near = cells_at(grid, [(x, y) for y in (-1, 0) for x in (-1, 0)])
         return [cell for cell in near if (0, 0) in grid.lattice_corners(cell)]
     return None
 
 
+def _meet_in_stars(grid: Grid) -> bool:
+    """Whether hexagons are cut into panels that are no parts of triangles: at some corners six of these meet."""
+    return grid.blocks == ("hexagon",) and grid.kinds > 1
+
+
 def _hexagon_rows(grid: Grid, sizes: list[int]) -> list[Cell] | None:
-    if grid.name not in HEXAGONS:
+    if "hexagon" not in grid.blocks:
         return None
     places: list[LatticePoint] = []
     q = 0  # going down a row keeps q half a cell to the left, q + 1 half a cell to the right
@@ -157,7 +162,7 @@ def _hexagon_rows(grid: Grid, sizes: list[int]) -> list[Cell] | None:
                 left_next = not left_next
             q += right
         places.extend((q + x, -y) for x in range(length))
-    return blocks(grid, places)
+    return cells_at(grid, places)
 
 
 _SHAPES = (

@@ -15,6 +15,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 from hcsearch.basics.errors import NotationError
 from hcsearch.designs.grid.tessellation import (
@@ -32,6 +33,7 @@ from hcsearch.designs.grid.tessellation import (
 )
 
 Cell = tuple[int, ...]
+Block = Literal["square", "triangle", "hexagon"]
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class LatticeIsometry:
 
 @dataclass(frozen=True, repr=False)
 class Grid:
-    """One of the nine grids, such as `hex` or `right45`.
+    """One of the nine grids, such as `hex` or `kite`: all that the program knows of it.
 
     Parameters
     ----------
@@ -63,14 +65,36 @@ class Grid:
         Corners of a panel in whole numbers, counterclockwise; users give the length of its first edge.
     axes
         6 where the coordinates' axes enclose 60 degrees, 4 where they enclose 90.
+    noun
+        A panel in a title, such as `hexagon`.
+    blocks
+        The regular polygons that cells are or fill, by which users give arrays; squares may be rectangles.
+    connective_constant, amplitude
+        mu and B: there are about B mu^n n^(-5/2) circuits of n panels up to translation, n even where the cells have
+        two colours.
     stretched
         Whether panels have a length and another width, so that quarter turns are no symmetries.
+    given_edge
+        The edge whose length users give, where edges differ; empty where they do not, and where a width is given, too.
+    exact_noun, shape
+        A panel in a sentence, and by its angles; equal to `noun` unless given.
     """
 
     name: str
     polygon: Polygon
     axes: int
+    noun: str
+    blocks: tuple[Block, ...]
+    connective_constant: float
+    amplitude: float
     stretched: bool = False
+    given_edge: str = ""
+    exact_noun: str = ""
+    shape: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "exact_noun", self.exact_noun or self.noun)
+        object.__setattr__(self, "shape", self.shape or self.exact_noun)
 
     def __repr__(self) -> str:
         return f"GRIDS[{self.name!r}]"
@@ -359,18 +383,45 @@ class Grid:
         return corners[place], corners[(place + 1) % len(corners)]
 
 
+_SQUARE = (((1, -1), (1, 1), (-1, 1), (-1, -1)), 4)
+_HEXAGON = (((2, -1), (1, 1), (-1, 2), (-2, 1), (-1, -1), (1, -2)), 6)
+_TRIANGLES_AND_HEXAGONS: tuple[Block, ...] = ("triangle", "hexagon")
+
+# mu and B: Jensen and Guttmann, J. Phys. A 32 (1999) 4867 (square lattice); Jensen, J. Phys.: Conf. Ser. 42 (2006) 163
+# (honeycomb; mu proved by Duminil-Copin and Smirnov) and J. Stat. Mech. (2004) P10008 (triangular). On 3.12.12,
+# 1/mu^2 + 1/mu^3 is 1/mu of the honeycomb (Jensen and Guttmann, J. Phys. A 31, 1998, 8137). The other numbers of the
+# last five grids are fitted to listings.
 GRIDS: dict[str, Grid] = {
     grid.name: grid
     for grid in (
-        Grid("triangle", ((3, 0), (0, 3), (0, 0)), 6),
-        Grid("square", ((1, -1), (1, 1), (-1, 1), (-1, -1)), 4),
-        Grid("rectangle", ((1, -1), (1, 1), (-1, 1), (-1, -1)), 4, stretched=True),
-        Grid("hex", ((2, -1), (1, 1), (-1, 2), (-2, 1), (-1, -1), (1, -2)), 6),
-        Grid("rhombus", ((0, 0), (2, 0), (2, 2), (0, 2)), 6),
-        Grid("kite", ((0, 0), (12, 0), (8, 8), (0, 12)), 6),
-        Grid("right45", ((6, 0), (3, 3), (0, 0)), 4),
-        Grid("right30", ((6, 6), (0, 0), (9, 0)), 6),
-        Grid("obtuse", ((9, 0), (3, 3), (0, 0)), 6),
+        Grid(
+            *("triangle", ((3, 0), (0, 3), (0, 0)), 6, "triangle", ("triangle",), math.sqrt(2 + math.sqrt(2)), 1.272),
+            exact_noun="equilateral triangle",
+        ),
+        Grid("square", *_SQUARE, "square", ("square",), 2.638159, 0.562, shape="rectangle"),
+        Grid("rectangle", *_SQUARE, "rectangle", ("square",), 2.638159, 0.562, stretched=True),
+        Grid("hex", *_HEXAGON, "hexagon", ("hexagon",), 4.150797, 0.264, exact_noun="regular hexagon"),
+        Grid(
+            *("rhombus", ((0, 0), (2, 0), (2, 2), (0, 2)), 6, "rhombus", ("hexagon",), 2.560577, 0.87),
+            shape="60-120 rhombus",
+        ),
+        Grid(
+            *("kite", ((0, 0), (12, 0), (8, 8), (0, 12)), 6, "kite", _TRIANGLES_AND_HEXAGONS, 2.56, 1.83),
+            given_edge="longer side",
+            shape="60-90-120-90 kite",
+        ),
+        Grid(
+            *("right45", ((6, 0), (3, 3), (0, 0)), 4, "isosceles right triangle", ("square",), 1.808830, 2.66),
+            given_edge="leg",
+        ),
+        Grid(
+            *("right30", ((6, 6), (0, 0), (9, 0)), 6, "30-60-90 triangle", _TRIANGLES_AND_HEXAGONS, 1.8, 6.4),
+            given_edge="hypotenuse",
+        ),
+        Grid(
+            *("obtuse", ((9, 0), (3, 3), (0, 0)), 6, "30-30-120 triangle", ("triangle",), 1.711041, 2.3),
+            given_edge="leg",
+        ),
     )
 }
 

@@ -16,7 +16,6 @@ from hcsearch.designs.grid import Grid, LatticeIsometry
 from hcsearch.designs.grid.turning import edge_classes, step_tables
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits import chains, joining
-from hcsearch.search.enumeration.frontier_counts import connective_constant
 from hcsearch.search.enumeration.plane import LatticePlane, canonical_batch
 from hcsearch.search.enumeration.polygon_search import check_length
 
@@ -50,7 +49,7 @@ class FoldedSearch:
 
     def __post_init__(self) -> None:
         check_length(self.n)
-        longest = int(math.log(_MAX_CHAINS) / math.log(connective_constant(self.grid)))
+        longest = int(math.log(_MAX_CHAINS) / math.log(self.grid.connective_constant))
         max_panels = 2 * min(longest + 1, _CODE_BITS // self._letter_bits)
         if self.n % 2 == 0 and self.n > max_panels:
             raise SizeError(
@@ -95,7 +94,7 @@ class FoldedSearch:
         while pairs < 1e-3 * _MAX_LISTED:
             n += 2
             pairs = replace(self, n=n).n_pairs
-        return n + 2 * int(math.log(_MAX_LISTED / pairs) / math.log(connective_constant(self.grid)) / 2)
+        return n + 2 * int(math.log(_MAX_LISTED / pairs) / math.log(self.grid.connective_constant) / 2)
 
     @property
     def counting_shards(self) -> list[str]:

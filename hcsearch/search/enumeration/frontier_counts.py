@@ -213,34 +213,10 @@ def _all_meet_two(edges: list[tuple[int, int]], n_vertices: int) -> bool:
     return bool(degree.min() >= 2)
 
 
-# Connective constant mu and amplitude B: polygons of n steps up to translation number B mu^n n^(-5/2), n even where
-# the lattice has two colours. Jensen and Guttmann, J. Phys. A 32 (1999) 4867 (square lattice); Jensen, J. Phys.: Conf.
-# Ser. 42 (2006) 163 (honeycomb; mu proved by Duminil-Copin and Smirnov) and J. Stat. Mech. (2004) P10008 (triangular).
-# On 3.12.12, 1/mu^2 + 1/mu^3 is 1/mu of the honeycomb (Jensen and Guttmann, J. Phys. A 31, 1998, 8137). The other
-# numbers of rhombus, kite, right45, right30 and obtuse are fitted to listings.
-_GROWTH = {
-    "hex": (4.150797, 0.264),
-    "square": (2.638159, 0.562),
-    "rectangle": (2.638159, 0.562),
-    "triangle": (math.sqrt(2 + math.sqrt(2)), 1.272),
-    "rhombus": (2.560577, 0.87),
-    "kite": (2.56, 1.83),
-    "right45": (1.808830, 2.66),
-    "right30": (1.8, 6.4),
-    "obtuse": (1.711041, 2.3),
-}
-
-
-def connective_constant(grid: Grid) -> float:
-    """Return the asymptotic growth factor of the number of walks per step."""
-    return _GROWTH[grid.name][0]
-
-
 def expected_circuits(grid: Grid, n: int) -> float:
     """Estimate the number of circuits of n panels up to symmetry, within a few per cent from n = 16 on.
 
-    On `right30` and `obtuse`, whose numbers rise and fall, it is within 20 per cent from n = 36 on.
+    Where twelve panels meet in a corner, so that numbers rise and fall, it is within 20 per cent from n = 36 on.
     """
-    growth, amplitude = _GROWTH[grid.name]
-    circuits: float = amplitude * growth**n / n**2.5
+    circuits: float = grid.amplitude * grid.connective_constant**n / n**2.5
     return circuits / len(grid.point_group)

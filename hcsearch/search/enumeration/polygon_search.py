@@ -16,7 +16,7 @@ from hcsearch.designs.grid import Grid
 from hcsearch.designs.grid.turning import step_tables
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits.polygons import walk_polygons
-from hcsearch.search.enumeration.frontier_counts import connective_constant, expected_circuits
+from hcsearch.search.enumeration.frontier_counts import expected_circuits
 from hcsearch.search.enumeration.plane import LatticePlane, split_by_axis
 
 MAX_SEARCH_PANELS = 120
@@ -144,7 +144,7 @@ class _Walk:
             self.impossible |= not self._step(k, letter)
         self.state = np.array([len(prefix) + 1, 1, 0])
         # remaining steps from which a test for a way home pays: an enclosed walk would go on for about 3e5 steps
-        self._trap = round(math.log(3e5) / math.log(connective_constant(plane.grid)))
+        self._trap = round(math.log(3e5) / math.log(plane.grid.connective_constant))
 
     @property
     def done(self) -> bool:

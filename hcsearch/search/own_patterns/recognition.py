@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import PatternError
+from hcsearch.basics.vocabulary import plural
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.grid import GRIDS, Grid, LatticePoint
@@ -30,17 +31,7 @@ CELL_CORNER_TOLERANCE = 10.0 * POINT_ERROR_SHARE
 """Tolerance of corners of a panel from those of a cell with the same centre, over the length of a side."""
 CELL_STEP_TOLERANCE = 0.1
 """Tolerance of the vector between the centres of neighbours from a step of the grid, over the length of a side."""
-_SHAPES = {
-    "triangle": "equilateral triangle",
-    "square": "rectangle",
-    "hex": "regular hexagon",
-    "rhombus": "60-120 rhombus",
-    "kite": "60-90-120-90 kite",
-    "right45": "isosceles right triangle",
-    "right30": "30-60-90 triangle",
-    "obtuse": "30-30-120 triangle",
-}
-"""The shapes of panels, by tilings."""
+_TILINGS = tuple(grid for grid in GRIDS.values() if grid.tiling is grid)
 
 
 @dataclass(frozen=True)
@@ -84,7 +75,7 @@ def _fitted(drawing: PatternDrawing, count: int) -> DrawingGrid:
     table = rings[..., 0] + 1j * rings[..., 1]
     sides = np.roll(table, -1, axis=1) - table
     grid, models = max(
-        ((GRIDS[name], _models(GRIDS[name], sides)) for name in _SHAPES if len(GRIDS[name].polygon) == sides.shape[1]),
+        ((grid, _models(grid, sides)) for grid in _TILINGS if grid.edges_per_cell == sides.shape[1]),
         key=lambda fit: float(np.median(np.abs((_units(sides) * _units(fit[1]).conj()).sum(axis=1)))),
     )
     ratios = sides / models
@@ -108,12 +99,8 @@ def panel_named(drawing: PatternDrawing, panel: int) -> str:
     return f"panel {panel} at {place_text(np.mean(facet, axis=0).tolist(), math.dist(facet[0], facet[1]))}"
 
 
-def _several(shape: str) -> str:
-    return f"{shape}es" if shape.endswith("s") else f"{shape}s"
-
-
 def _all_shapes() -> str:
-    *shapes, last = map(_several, _SHAPES.values())
+    *shapes, last = (plural(grid.shape) for grid in _TILINGS)
     return f"draw equal {', '.join(shapes)} or {last} edge to edge"
 
 
@@ -229,10 +216,10 @@ class _Laying:
             raise self._wrong(panel)
 
     def _wrong(self, panel: int) -> PatternError:
-        shape, named = _SHAPES[self.grid.tiling.name], panel_named(self.drawing, panel)
+        shape, named = self.grid.tiling.shape, panel_named(self.drawing, panel)
         if panel:
             what = f"cell of the {self.grid.name} grid that {panel_named(self.drawing, 0)} begins"
-            return PatternError(f"{named} is no {what}: draw equal {_several(shape)} edge to edge")
+            return PatternError(f"{named} is no {what}: draw equal {plural(shape)} edge to edge")
         within = ", and edges within a panel as J" if len(self.facets[0]) == 3 else ""
         return PatternError(f"{named} is no {shape}: {_all_shapes()}{within}")
 

@@ -5,22 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hcsearch.basics.vocabulary import listed
+from hcsearch.basics.vocabulary import listed, plural
+from hcsearch.designs.grid import grid_named
 from hcsearch.store import Summary
 from hcsearch.store.conditions import AllOf, AnyOf, Condition, ConditionTree, Not, parse_conditions
-
-PANEL_NOUNS = {
-    "triangle": "triangles",
-    "square": "squares",
-    "rectangle": "rectangles",
-    "hex": "hexagons",
-    "rhombus": "rhombuses",
-    "kite": "kites",
-    "right45": "isosceles right triangles",
-    "right30": "30-60-90 triangles",
-    "obtuse": "30-30-120 triangles",
-}
-"""The panels of each grid in words."""
 
 _SMALL_NUMBERS = (
     *("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten", "Eleven", "Twelve"),
@@ -64,7 +52,7 @@ def title_of(sizes: Sequence[tuple[str, int]], array: str | None = None) -> str:
     if not sizes:
         return "No designs"
     grids, numbers = list(dict.fromkeys(grid for grid, _ in sizes)), sorted({n for _, n in sizes})
-    panels = listed([PANEL_NOUNS.get(grid, grid) for grid in grids], "or")
+    panels = listed([plural(grid_named(grid).noun) for grid in grids], "or")
     if len(numbers) > 1:
         return f"{numbers[0]} to {numbers[-1]} thick {panels}"
     number = _SMALL_NUMBERS[numbers[0]] if 0 <= numbers[0] < len(_SMALL_NUMBERS) else str(numbers[0])
@@ -88,7 +76,7 @@ def headline_of(counts: StageCounts, query: str = "") -> str:
 
 
 def _opening(counts: StageCounts, among: _Among) -> str:
-    """Return the sentence on designs of which some open, or of which springs have not been tried."""
+    """Say how many designs open, or that springs were not tried."""
     by_springs = counts.deploys or 0
     by_motors = max(0, (counts.movable or 0) - by_springs)
     if counts.deploys is None:
@@ -101,7 +89,7 @@ def _opening(counts: StageCounts, among: _Among) -> str:
 
 
 def _nothing_opens(counts: StageCounts, among: _Among) -> str:
-    """Return the sentence on designs of which none is known to open."""
+    """Say that no design is known to open, or that none can."""
     if counts.movable is None:
         return f"{among.none_known} by springs; no motion by motors has been searched for."
     if counts.untwisted is None or counts.untwisted > counts.locked:

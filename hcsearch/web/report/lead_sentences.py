@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
+from hcsearch.basics.vocabulary import plural
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.panel_sizes import PanelSize, panel_text
 from hcsearch.springs.flight.stowage import Stowage
-from hcsearch.web.report.headline import PANEL_NOUNS
-
-PANEL_WORDS = PANEL_NOUNS | {"triangle": "equilateral triangles", "hex": "regular hexagons"}
-"""The panels of each grid in exact words."""
 
 _ENDINGS = {
     "movable": "A path on which its panels do not collide is proved: motors can open it.",
@@ -26,7 +23,7 @@ def design_sentence(
     status : of its best folding, `driven` where drives open it, any other word where no stage has judged it. room : of
     this folding, None where the design has none. seconds : time until springs or drives have opened it.
     """
-    loop = f"{circuit.n} {PANEL_WORDS[circuit.grid.name]} of {panel_text(panel)} mm form a closed loop"
+    loop = f"{circuit.n} {plural(circuit.grid.exact_noun)} of {panel_text(panel)} mm form a closed loop"
     if room is None:
         return f"{loop}, which does not fold into two stacks."
     return f"{loop}, which folds into two stacks of {room.packed.text} together. {_ending(status, seconds)}"
