@@ -16,9 +16,9 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
-from hcsearch.store.columns import Quantity
 from hcsearch.store.conditions import find_quantity
 from hcsearch.store.location import parse_location
+from hcsearch.store.quantity import Quantity
 from hcsearch.system.machine import default_database
 
 _MOTION_COLUMNS = ("deployable", "needed_margin", "least_gap", "deploy_time", "min_clearance", "score")

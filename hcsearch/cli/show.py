@@ -15,7 +15,7 @@ from hcsearch.system.terminal import short_number
 if TYPE_CHECKING:
     from hcsearch.api.showing import ShownDesign
     from hcsearch.designs.folding import Folding
-    from hcsearch.store.columns import Quantity
+    from hcsearch.store.quantity import Quantity
 
 
 @click.command(

@@ -20,8 +20,9 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import QueryError
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, Result, save_scores, select
-from hcsearch.store.columns import RANKING_CRITERIA, BetterDirection, Quantity
+from hcsearch.store.columns import RANKING_CRITERIA
 from hcsearch.store.conditions import nearest_names_hint
+from hcsearch.store.quantity import BetterDirection, Quantity
 
 
 def complete_weights(weights: Mapping[str, float]) -> dict[str, float]:

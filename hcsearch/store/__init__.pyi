@@ -1,4 +1,4 @@
-from hcsearch.store.columns import Quantity as Quantity
+from hcsearch.store.quantity import Quantity as Quantity
 from hcsearch.store.columns import VIEWS as VIEWS
 from hcsearch.store.columns import column_names as column_names
 from hcsearch.store.database import Database as Database

@@ -1,12 +1,12 @@
-"""The quantities that users can query, by view and in order: name, kind, unit, meaning and the better direction.
+"""The quantities that users can query, by view and in order.
 
-The SQL views, the check of queries, ranks, reports and the help of commands use this table. Its imports are light.
+Tables, SQL views, upserts, the check of queries, ranks, reports and the help of commands use these. The imports of this
+module are light. SQL is plain, for SQLite and PostgreSQL, with NULL where a stage has not run, and booleans as 0 or 1.
 """
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING
 
 from hcsearch.basics.vocabulary import (
     DESIGN_STATUSES,
@@ -18,53 +18,12 @@ from hcsearch.basics.vocabulary import (
     UNIT_PATHS,
     VERDICTS,
     WAYS,
-    millimetres,
 )
 from hcsearch.designs.grid import GRIDS
+from hcsearch.store.quantity import LISTED, Quantity, in_table, not_null
 
 if TYPE_CHECKING:
     from hcsearch.designs.records import FlightNumbers
-
-ColumnKind = Literal["integer", "boolean", "real", "text"]
-BetterDirection = Literal["higher", "lower", ""]
-
-
-class Quantity(NamedTuple):
-    """One column of a view; `unit` is empty for pure numbers and text, booleans are 0 or 1.
-
-    words : the admissible values of a text; empty where any text may stand.
-    better : whether higher or lower values make the better design; empty where neither does.
-    half : for a ranking criterion, the value that is worth 1/2, in its unit; None for other quantities.
-    weight : of the criterion in a rank, unless given there.
-    label : short name on pages; if empty, the column name with spaces for underscores.
-    """
-
-    name: str
-    kind: ColumnKind
-    unit: str
-    meaning: str
-    words: tuple[str, ...] = ()
-    better: BetterDirection = ""
-    half: float | None = None
-    label: str = ""
-    weight: float = 1.0
-
-    @property
-    def title(self) -> str:
-        """The name for pages and tables."""
-        return self.label or self.name.replace("_", " ")
-
-    @property
-    def better_first(self) -> str:
-        """The sort specification that puts the better end first; the smaller values where neither is better."""
-        return f"-{self.name}" if self.better == "higher" else self.name
-
-    @property
-    def note(self) -> str:
-        """Meaning, unit and better direction in one line."""
-        direction = f"{self.better} is better" if self.better else ""
-        return ", ".join(part for part in (self.meaning, self.unit, direction) if part)
-
 
 _GRIDS = tuple(GRIDS)
 
@@ -88,26 +47,59 @@ _MECHANISM = (
         label="freedoms, merged",
     ),
 )
-_VERDICT = (
-    Quantity("deployable", "boolean", "", "1: deploys or movable; 0: no folding, twisted or locked; null: not known"),
-    Quantity(
-        *("flat_pairs", "text", "", "how flat pairs are joined in the proved path: rigid, hinged or merged", WAYS),
-        label="flat pairs of the path",
-    ),
-    Quantity(
-        *("known", "text", "", "evidence for the status: a deployment, a path, a search without one, or a proof"),
-        words=STATUS_EVIDENCE,
-        label="evidence",
-    ),
-    Quantity(
-        *("critical_margin", "real", "mm", "least play for each face at which a path is proved, whatever the scene's"),
-        better="lower",
-        label="critical margin",
-    ),
-    Quantity(
-        *("unmet_margin", "real", "mm", "greatest play below the critical margin at which the search found no path"),
-        label="margin without a path",
-    ),
+# A folding with twist never deploys, nor does a design without an untwisted folding: this is known before later stages.
+# A verdict in a scene has precedence over the status from enumeration.
+_DESIGN, _FOLDING = "coalesce(o.status, d.status)", "coalesce(v.status, f.status)"
+_DESIGN_TWISTED = "d.n_foldings > 0 AND d.n_untwisted = 0"
+
+
+def _judged(verdict: str, status: str, twist: str, deployable: str) -> tuple[Quantity, ...]:
+    """Return the columns of a verdict from SQL for the word of the verdict, the status, the twist, and `deployable`."""
+    known = f"""CASE
+        WHEN {twist} > 0 THEN 'twist'
+        WHEN {verdict} = 'deploys' THEN 'deployment'
+        WHEN {verdict} = 'movable' THEN 'path_proved'
+        WHEN {status} = 'locked' AND m.lock_pairs IS NOT NULL THEN 'kept_apart'
+        WHEN {status} = 'locked' THEN 'locked_at_end'
+        WHEN m.states > 0 THEN 'path_met'
+        WHEN m.states = 0 THEN 'no_path_met'
+    END"""
+    return (
+        Quantity(
+            *("deployable", "boolean", "", "1: deploys or movable; 0: no folding, twisted or locked; null: not known"),
+            sql=deployable,
+        ),
+        Quantity(
+            *("flat_pairs", "text", "", "how flat pairs are joined in the proved path: rigid, hinged or merged", WAYS),
+            label="flat pairs of the path",
+            table="motion",
+        ),
+        Quantity(
+            *("known", "text", "", "evidence for the status: a deployment, a path, a search without one, or a proof"),
+            words=STATUS_EVIDENCE,
+            label="evidence",
+            sql=known,
+        ),
+        Quantity(
+            *("critical_margin", "real", "mm"),
+            "least play for each face at which a path is proved, whatever the scene's",
+            better="lower",
+            label="critical margin",
+            table="motion",
+        ),
+        Quantity(
+            *("unmet_margin", "real", "mm"),
+            "greatest play below the critical margin at which the search found no path",
+            label="margin without a path",
+            table="motion",
+        ),
+        *_OF_VERDICT,
+    )
+
+
+# Of the motion behind the status: the deployment for `deploys`, the path for `movable`.
+_OF_VERDICT = in_table(
+    "verdict",
     Quantity(
         *("needed_margin", "real", "mm", "least play for each face at which the deployment, else the path, is clear"),
         better="lower",
@@ -124,12 +116,8 @@ _VERDICT = (
         label="clearance",
     ),
     Quantity(
-        *(
-            "deploy_time",
-            "real",
-            "s",
-            "time from folded to flat, in the digits on which tolerances agree; null if they differ by over a tenth",
-        ),
+        *("deploy_time", "real", "s"),
+        "time from folded to flat, in the digits on which tolerances agree; null if they differ by over a tenth",
         better="lower",
         half=0.5,
         label="time to flat",
@@ -154,6 +142,16 @@ _ERRORS = (
         weight=0.0,
     ),
 )
+
+
+def _errors_of(design: str, crease: str) -> tuple[Quantity, ...]:
+    """Return the errors of the one deployment of a folding that has become flat, from SQL for its key."""
+    of_folding = f"FROM deployment AS p WHERE p.design_id = {design} AND p.crease = {crease}"
+    return tuple(
+        one._replace(sql=f"(SELECT p.{one.name} {of_folding} AND p.base = :scene AND p.status = 'deploys')")
+        for one in _ERRORS
+    )
+
 
 # Worth 1/2: what ECSS-E-ST-33-01C asks for (7.5 for margins, 3 for clearances), and figures of flown arrays. Weights
 # are 0 unless given, since the figures depend on hardware that the scene `default` does not have.
@@ -240,71 +238,123 @@ FLIGHT_QUANTITIES = (
 
 def flight_value(quantity: Quantity, numbers: FlightNumbers) -> int | float | str | None:
     """Return a figure in the unit of its column; None where it is not known or not finite."""
-    value: int | float | str | None = getattr(numbers, quantity.name.removesuffix("_mm_per_mrad"))
-    if isinstance(value, float):
-        return millimetres(value) if quantity.unit == "mm" else value if math.isfinite(value) else None
-    return value
+    return quantity.stored(getattr(numbers, quantity.name.removesuffix("_mm_per_mrad")))
 
+
+BEST_CREASE = "(SELECT b.best_crease FROM outcome AS b WHERE b.design_id = d.id AND b.scene = :scene)"
+"""SQL for the crease of the best folding of a design `d` in a scene."""
 
 DESIGN_QUANTITIES = (
     Quantity("id", "integer", "", "number of the design in this database"),
-    Quantity("grid", "text", "", "tiling: " + ", ".join(_GRIDS), _GRIDS),
-    Quantity("n", "integer", "", "number of panels", label="panels"),
-    Quantity("array", "text", "", "notation of the array, equal for congruent arrays"),
-    Quantity("circuit", "text", "", "notation of the circuit, equal for congruent circuits"),
-    Quantity(
-        "array_symmetry", "integer", "", "order of the symmetry group of the array", label="symmetry of the array"
+    *not_null(
+        Quantity("grid", "text", "", "tiling: " + ", ".join(_GRIDS), _GRIDS),
+        Quantity("n", "integer", "", "number of panels", label="panels"),
+        Quantity("array", "text", "", "notation of the array, equal for congruent arrays"),
+        Quantity("circuit", "text", "", "notation of the circuit, equal for congruent circuits"),
+        Quantity(
+            "array_symmetry", "integer", "", "order of the symmetry group of the array", label="symmetry of the array"
+        ),
+        Quantity(
+            *("symmetry", "integer", "", "order of the symmetry group of the circuit"),
+            better="higher",
+            half=2.0,
+            check="> 0 AND array_symmetry >= symmetry",
+        ),
     ),
-    Quantity("symmetry", "integer", "", "order of the symmetry group of the circuit", better="higher", half=2.0),
-    Quantity("orbit_size", "integer", "", "circuits on this array congruent to this one, itself included"),
     Quantity(
-        "n_fixed",
-        "integer",
-        "",
-        "fixed circuits (up to translation) that are congruent to this one",
+        *("orbit_size", "integer", "", "circuits on this array congruent to this one, itself included"),
+        sql="d.array_symmetry / d.symmetry",
+    ),
+    Quantity(
+        *("n_fixed", "integer", "", "fixed circuits (up to translation) that are congruent to this one"),
         label="fixed copies",
+        required=True,
     ),
     Quantity("n_foldings", "integer", "", "two-stack foldings", label="foldings"),
-    Quantity("two_stack", "boolean", "", "1 when there is a two-stack folding", label="two-stack"),
+    Quantity(
+        *("two_stack", "boolean", "", "1 when there is a two-stack folding"),
+        label="two-stack",
+        sql="CASE WHEN d.n_foldings > 0 THEN 1 WHEN d.n_foldings = 0 THEN 0 END",
+    ),
     Quantity("n_untwisted", "integer", "", "two-stack foldings without twist", label="untwisted foldings"),
-    Quantity("untwisted", "boolean", "", "1 when there is an untwisted folding"),
-    Quantity("min_twist", "integer", "", "smallest twist of its foldings; null without a folding", label="least twist"),
     Quantity(
-        "kutzbach",
-        "integer",
-        "",
-        "Kutzbach count 6(n-1)-5j of the best untwisted folding, flat pairs hinged",
-        label="Kutzbach count",
+        *("untwisted", "boolean", "", "1 when there is an untwisted folding"),
+        sql="CASE WHEN d.n_untwisted > 0 THEN 1 WHEN d.n_untwisted = 0 THEN 0 END",
     ),
     Quantity(
-        *("dof", "integer", "", "degrees of freedom at a generic state, flat pairs hinged (n hinges)"),
-        better="lower",
-        half=10.0,
-        label="degrees of freedom",
+        *("min_twist", "integer", "", "smallest twist of its foldings; null without a folding"),
+        label="least twist",
+        check=">= 0",
     ),
-    *_MECHANISM,
-    *_VERDICT,
-    *_ERRORS,
+    *in_table(
+        "folding",
+        Quantity(
+            *("kutzbach", "integer", ""),
+            "Kutzbach count 6(n-1)-5j of the best untwisted folding, flat pairs hinged",
+            label="Kutzbach count",
+        ),
+        Quantity(
+            *("dof", "integer", "", "degrees of freedom at a generic state, flat pairs hinged (n hinges)"),
+            better="lower",
+            half=10.0,
+            label="degrees of freedom",
+        ),
+        *_MECHANISM,
+    ),
+    *_judged(
+        *("o.status", _DESIGN, f"CASE WHEN {_DESIGN_TWISTED} THEN 1 END"),
+        f"""CASE
+        WHEN d.n_foldings = 0 OR ({_DESIGN_TWISTED}) THEN 0
+        WHEN {_DESIGN} IN ('no_folding', 'twisted', 'locked') THEN 0
+        WHEN o.status IN ('deploys', 'movable') THEN 1
+    END""",
+    ),
+    *_errors_of("d.id", BEST_CREASE),
     Quantity(
         *("status", "text", "", "deploys, movable, undecided, locked, twisted or no_folding"),
         words=DESIGN_STATUSES,
+        table="design",
+        check=LISTED,
+        sql=f"""CASE
+        WHEN d.n_foldings = 0 THEN 'no_folding'
+        WHEN {_DESIGN_TWISTED} THEN 'twisted'
+        ELSE {_DESIGN}
+    END""",
     ),
-    Quantity("score", "real", "", "score that `hcsearch rank --save` stored, 0 to 1", better="higher"),
     Quantity(
-        "deployment_ratio", "integer", "", "flat area over folded footprint, untwisted", better="higher", half=8.0
+        *("score", "real", "", "score that `hcsearch rank --save` stored, 0 to 1"),
+        better="higher",
+        table="score",
+        required=True,
+    ),
+    # Two stacks of n/2 panels cover two cells; every crease but the two flat ones has a hinge in the scene `default`.
+    Quantity(
+        *("deployment_ratio", "integer", "", "flat area over folded footprint, untwisted"),
+        better="higher",
+        half=8.0,
+        sql="CASE WHEN d.n_untwisted > 0 THEN d.n / 2 END",
     ),
     Quantity(
-        "hinges", "integer", "", "hinges of an untwisted folding, flat pairs rigid (n - 2)", better="lower", half=14.0
+        *("hinges", "integer", "", "hinges of an untwisted folding, flat pairs rigid (n - 2)"),
+        better="lower",
+        half=14.0,
+        sql="CASE WHEN d.n_untwisted > 0 THEN d.n - 2 END",
     ),
-    *FLIGHT_QUANTITIES,
+    *in_table("flight", *FLIGHT_QUANTITIES),
 )
 
 FOLDING_QUANTITIES = (
     Quantity("design_id", "integer", "", "id of the design"),
-    Quantity("crease", "integer", "", "first flat crease; crease k joins panels k and k+1"),
-    Quantity("opposite", "integer", "", "second flat crease, crease + n/2"),
-    Quantity("twist", "integer", "", "|Lk| of the band, in full twists"),
-    Quantity("untwisted", "boolean", "", "1 when the twist is zero"),
+    Quantity(
+        *("crease", "integer", "", "first flat crease; crease k joins panels k and k+1"),
+        check=">= 0 AND opposite > crease",
+    ),
+    Quantity("opposite", "integer", "", "second flat crease, crease + n/2", required=True),
+    Quantity("twist", "integer", "", "|Lk| of the band, in full twists", check=">= 0"),
+    Quantity(
+        *("untwisted", "boolean", "", "1 when the twist is zero"),
+        sql="CASE WHEN f.twist = 0 THEN 1 WHEN f.twist > 0 THEN 0 END",
+    ),
     Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j, flat pairs hinged", label="Kutzbach count"),
     Quantity(
         *("dof", "integer", "", "degrees of freedom at a generic state of the motion, flat pairs hinged"),
@@ -312,20 +362,28 @@ FOLDING_QUANTITIES = (
         label="degrees of freedom",
     ),
     Quantity(
-        "dof_folded",
-        "integer",
-        "",
-        "degrees of freedom at first order, folded, flat pairs hinged",
+        *("dof_folded", "integer", "", "degrees of freedom at first order, folded, flat pairs hinged"),
         label="freedoms, folded",
     ),
     Quantity(
         "dof_flat", "integer", "", "degrees of freedom at first order, flat, flat pairs hinged", label="freedoms, flat"
     ),
     *_MECHANISM,
-    Quantity("status", "text", "", "deploys, movable, undecided, locked or twisted", FOLDING_STATUSES),
-    *_VERDICT,
-    *_ERRORS,
-    *FLIGHT_QUANTITIES,
+    Quantity(
+        *("status", "text", "", "deploys, movable, undecided, locked or twisted", FOLDING_STATUSES),
+        table="folding",
+        check=LISTED,
+        sql=f"CASE WHEN f.twist > 0 THEN 'twisted' ELSE {_FOLDING} END",
+    ),
+    *_judged(
+        *("v.status", _FOLDING, "f.twist"),
+        f"""CASE
+        WHEN f.twist > 0 OR {_FOLDING} IN ('twisted', 'locked') THEN 0
+        WHEN v.status IN ('deploys', 'movable') THEN 1
+    END""",
+    ),
+    *_errors_of("f.design_id", "f.crease"),
+    *in_table("flight", *FLIGHT_QUANTITIES),
 )
 
 _OF_FOLDING = (
@@ -336,12 +394,15 @@ _OF_FOLDING = (
 MOTION_QUANTITIES = (
     *_OF_FOLDING,
     Quantity("scene", "text", "", "name of the scene"),
-    Quantity("flat_pairs", "text", "", "how flat pairs are joined in the proved path; null without one", WAYS),
+    Quantity(
+        *("flat_pairs", "text", "", "how flat pairs are joined in the proved path; null without one", WAYS),
+        check=LISTED,
+    ),
     Quantity("needed_margin", "real", "mm", "least play for each face at which the path is proved", better="lower"),
     Quantity("least_gap", "real", "mm", "least gap of the panels as they are; below 0 they overlap", better="higher"),
     Quantity("slack", "real", "mm", "greatest deviation of panels from their places on the path"),
-    Quantity("states", "integer", "", "states of a path, proved or not; 0 without one"),
-    Quantity("reason", "text", "", "result of the search, as a sentence"),
+    Quantity("states", "integer", "", "states of a path, proved or not; 0 without one", required=True),
+    Quantity("reason", "text", "", "result of the search, as a sentence", required=True),
     Quantity("as_crease", "integer", "", "crease of the congruent folding that was searched; null for this one"),
     Quantity("efforts", "integer", "", "efforts of the search that were made; `enumerate --budget` allows more"),
     Quantity("lock_pairs", "text", "", "how flat pairs are joined where it is proved locked between its ends", WAYS),
@@ -357,12 +418,14 @@ DEPLOYMENT_QUANTITIES = (
     *_OF_FOLDING,
     Quantity("scene", "text", "", "name of the scene that was simulated; `hcsearch deploy --scene` takes it"),
     Quantity("base", "text", "", "scene of the verdict: the simulated one, or the one of which it is a variant"),
-    Quantity("pairs", "text", "", "how flat pairs were joined: rigid, hinged or merged", WAYS),
-    Quantity("springs", "text", "", "set of springs that was tried; empty for those of the scene"),
-    Quantity("scene_values", "text", "", "the folding and its scene as a TOML file; `hcsearch deploy` takes it"),
-    Quantity("formulation", "text", "", "equations of motion that were integrated"),
-    Quantity("status", "text", "", "of this deployment: deploys, undecided or collides", VERDICTS),
-    Quantity("reason", "text", "", "reason for the status, as a sentence"),
+    *not_null(
+        Quantity("pairs", "text", "", "how flat pairs were joined: rigid, hinged or merged", WAYS, check=LISTED),
+        Quantity("springs", "text", "", "set of springs that was tried; empty for those of the scene"),
+        Quantity("scene_values", "text", "", "the folding and its scene as a TOML file; `hcsearch deploy` takes it"),
+        Quantity("formulation", "text", "", "equations of motion that were integrated"),
+        Quantity("status", "text", "", "of this deployment: deploys, undecided or collides", VERDICTS, check=LISTED),
+        Quantity("reason", "text", "", "reason for the status, as a sentence"),
+    ),
     Quantity(
         *("clearance", "real", "mm", "smallest gap to which panels come back, below 0 where they overlap as built"),
         better="higher",
@@ -386,18 +449,7 @@ DEPLOYMENT_QUANTITIES = (
     Quantity("as_crease", "integer", "", "crease of the congruent folding that was simulated; null for this one"),
 )
 
-RUN_QUANTITIES = (
-    Quantity("id", "integer", "", "number of the run"),
-    Quantity("started", "text", "", "start, ISO 8601, UTC"),
-    Quantity("finished", "text", "", "end; null when it was interrupted"),
-    Quantity("grid", "text", "", "tiling", _GRIDS),
-    Quantity("n", "integer", "", "number of panels"),
-    Quantity("target", "text", "", "notation of the array; empty for all arrays of n cells"),
-    Quantity("keep", "text", "", "what was stored: all, two-stack or untwisted", KEEPS),
-    Quantity("until", "text", "", "last requested stage"),
-    Quantity("panel", "text", "mm", "size of the panels, length x width x thickness"),
-    Quantity("arguments", "text", "", "arguments of the call, as JSON"),
-    Quantity("versions", "text", "", "versions of the program, its packages and its stages, as JSON"),
+_FUNNEL = (
     Quantity("fixed_circuits", "integer", "", "circuits up to translation; of one array, all its circuits"),
     Quantity("circuits", "integer", "", "non-isomorphic circuits"),
     Quantity("arrays", "integer", "", "arrays of these circuits"),
@@ -405,6 +457,24 @@ RUN_QUANTITIES = (
     Quantity("untwisted", "integer", "", "designs with an untwisted folding"),
     Quantity("movable", "integer", "", "designs with a proved path from folded to flat, or that deploy"),
     Quantity("deploys", "integer", "", "designs that springs alone open, certified clear"),
+)
+FUNNEL_COLUMNS = tuple(quantity.name for quantity in _FUNNEL)
+
+RUN_QUANTITIES = (
+    Quantity("id", "integer", "", "number of the run"),
+    Quantity("started", "text", "", "start, ISO 8601, UTC", required=True),
+    Quantity("finished", "text", "", "end; null when it was interrupted"),
+    *not_null(
+        Quantity("grid", "text", "", "tiling", _GRIDS),
+        Quantity("n", "integer", "", "number of panels"),
+        Quantity("target", "text", "", "notation of the array; empty for all arrays of n cells"),
+        Quantity("keep", "text", "", "what was stored: all, two-stack or untwisted", KEEPS),
+        Quantity("until", "text", "", "last requested stage"),
+    ),
+    Quantity("panel", "text", "mm", "size of the panels, length x width x thickness"),
+    Quantity("arguments", "text", "", "arguments of the call, as JSON", required=True),
+    Quantity("versions", "text", "", "versions of the program, its packages and its stages, as JSON", required=True),
+    *_FUNNEL,
     Quantity("stage_times", "text", "s", "time of each stage, as JSON"),
     Quantity("batches_done", "integer", "", "batches computed by this run"),
     Quantity("batches_reused", "integer", "", "batches taken from earlier runs"),
@@ -412,33 +482,54 @@ RUN_QUANTITIES = (
 
 UNIT_QUANTITIES = (
     Quantity("id", "integer", "", "number of the unit in this database"),
-    Quantity("grid", "text", "", "tiling of the element", _GRIDS),
-    Quantity("n", "integer", "", "number of panels of the element's circuit"),
-    Quantity("circuit", "text", "", "notation of the element's circuit"),
-    Quantity("crease", "integer", "", "first flat crease of its folding, rigid as its opposite is"),
-    Quantity("alpha", "real", "deg", "base angle of isosceles triangles; null on regular grids"),
-    Quantity("shape", "text", "", "apex and outer panels of isosceles triangles; empty on regular grids"),
-    Quantity("merged", "boolean", "", "1 when panels that meet on the mirror axis are one"),
+    *not_null(
+        Quantity("grid", "text", "", "tiling of the element", _GRIDS),
+        Quantity("n", "integer", "", "number of panels of the element's circuit"),
+        Quantity("circuit", "text", "", "notation of the element's circuit"),
+        Quantity("crease", "integer", "", "first flat crease of its folding, rigid as its opposite is"),
+    ),
+    Quantity(
+        *("alpha", "real", "deg", "base angle of isosceles triangles; null on regular grids"),
+        check="> 0 AND alpha < 90",
+    ),
+    Quantity(
+        "shape", "text", "", "apex and outer panels of isosceles triangles; empty on regular grids", required=True
+    ),
+    Quantity("merged", "boolean", "", "1 when panels that meet on the mirror axis are one", required=True),
     Quantity("element_dof", "integer", "", "degrees of freedom of the element alone"),
-    Quantity("copies", "integer", "", "copies of the element that are laid together"),
-    Quantity("placements", "text", "", "positions of the copies, as JSON: over, inverted, turn (degrees), shift (mm)"),
-    Quantity("panels", "integer", "", "panels of the unit"),
-    Quantity("hinges", "integer", "", "hinges of the unit", better="lower"),
-    Quantity("directions", "integer", "", "directions of hinges; 1 when all are parallel, a planar linkage"),
-    Quantity("loops", "integer", "", "independent loops"),
-    Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j"),
-    Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion", better="lower"),
+    *not_null(
+        Quantity(
+            *("copies", "integer", "", "copies of the element that are laid together"),
+            check="> 1 AND panels > 0 AND hinges > 0",
+        ),
+        Quantity(
+            "placements", "text", "", "positions of the copies, as JSON: over, inverted, turn (degrees), shift (mm)"
+        ),
+        Quantity("panels", "integer", "", "panels of the unit"),
+        Quantity("hinges", "integer", "", "hinges of the unit", better="lower"),
+        Quantity("directions", "integer", "", "directions of hinges; 1 when all are parallel, a planar linkage"),
+        Quantity("loops", "integer", "", "independent loops"),
+        Quantity("kutzbach", "integer", "", "Kutzbach count 6(n-1)-5j"),
+        Quantity("dof", "integer", "", "degrees of freedom at a generic state of the motion", better="lower"),
+    ),
     Quantity("dof_folded", "integer", "", "degrees of freedom at first order, folded"),
     Quantity("dof_flat", "integer", "", "degrees of freedom at first order, flat"),
-    Quantity("rank_gap", "real", "", "least singular value that counts, over the noise"),
-    Quantity("deployment_ratio", "real", "", "flat area over footprint of the folded package", better="higher"),
-    Quantity("ways", "integer", "", "finite motions out of the folded state, within the stops"),
-    Quantity(
-        "path", "text", "", "how the motion from folded ends: flat, stopped, stepwise, none or locked", UNIT_PATHS
+    *not_null(
+        Quantity("rank_gap", "real", "", "least singular value that counts, over the noise"),
+        Quantity("deployment_ratio", "real", "", "flat area over footprint of the folded package", better="higher"),
+        Quantity("ways", "integer", "", "finite motions out of the folded state, within the stops"),
+        Quantity(
+            *("path", "text", "", "how the motion from folded ends: flat, stopped, stepwise, none or locked"),
+            words=UNIT_PATHS,
+            check=LISTED,
+        ),
     ),
     Quantity("closure_error", "real", "", "greatest closure residual on that motion, rad or gap over panel size"),
     Quantity("contact", "boolean", "", "1: panels cut through each other on the way; 0: they do not; null: not tested"),
-    Quantity("known", "text", "", "name for `hcsearch assembly`: unit-i, unit-ii (thesis), unit-iii; else empty"),
+    Quantity(
+        *("known", "text", "", "name for `hcsearch assembly`: unit-i, unit-ii (thesis), unit-iii; else empty"),
+        required=True,
+    ),
 )
 
 EVALUATION_QUANTITIES = (
@@ -446,27 +537,33 @@ EVALUATION_QUANTITIES = (
     Quantity("setting", "text", "", "values of the scene, and how it was simulated, as JSON"),
     Quantity("springs", "text", "N m/rad", "stiffness of the spring at each hinge, in the order of hinges"),
     Quantity(
-        "outcome",
-        "text",
-        "",
-        "flat, moving, at rest, stuck, jammed, diverged, out of steps or branch-singular",
-        ENDINGS,
+        *("outcome", "text", "", "flat, moving, at rest, stuck, jammed, diverged, out of steps or branch-singular"),
+        words=ENDINGS,
+        required=True,
+        check=LISTED,
     ),
-    Quantity("clear", "boolean", "", "1: certified clear until its end; 0: panels collide; null: undecided"),
-    Quantity("end_time", "real", "s", "end of the simulation"),
+    Quantity(
+        *("clear", "boolean", "", "1: certified clear until its end; 0: panels collide; null: undecided"),
+        check="IN (0, 1)",
+    ),
+    Quantity("end_time", "real", "s", "end of the simulation", required=True),
     Quantity("collision_time", "real", "s", "time of the first collision"),
     Quantity("first_panel", "integer", "", "panel that collides, by its number in the linkage"),
     Quantity("second_panel", "integer", "", "panel with which it collides, likewise"),
-    Quantity("clearance", "real", "mm", "smallest gap of a motion that becomes flat and clear", better="higher"),
+    Quantity(
+        *("clearance", "real", "mm", "smallest gap of a motion that becomes flat and clear"),
+        better="higher",
+        sql='e."gap" * 1000.0',
+    ),
     Quantity("speed", "real", "m/s", "approach speed of the panels that collide", better="lower"),
     Quantity("remaining", "real", "", "mean fold angle over pi at the collision, or at the end", better="lower"),
     Quantity("end_remaining", "real", "", "mean fold angle over pi at the end", better="lower"),
     Quantity("widest", "real", "rad", "greatest fold angle at the end", better="lower"),
     Quantity("drift", "real", "", "greatest error of the energy balance, over the largest energy"),
     Quantity("opening", "real", "", "greatest closure residual, rad or gap over panel size"),
-    Quantity("steps", "integer", "", "steps of the simulation"),
-    Quantity("evaluations", "integer", "", "evaluations of the equations of motion"),
-    Quantity("looks", "integer", "", "pairs of panels that were compared"),
+    Quantity("steps", "integer", "", "steps of the simulation", required=True),
+    Quantity("evaluations", "integer", "", "evaluations of the equations of motion", required=True),
+    Quantity("looks", "integer", "", "pairs of panels that were compared", required=True),
 )
 
 RANKING_CRITERIA = tuple(quantity for quantity in DESIGN_QUANTITIES if quantity.half is not None)
@@ -491,3 +588,18 @@ def view_names() -> tuple[str, ...]:
 def column_names(view: str = "designs") -> tuple[str, ...]:
     """Return the column names of a view in printing order."""
     return tuple(quantity.name for quantity in VIEWS[view])
+
+
+def table_of(view: str, quantity: Quantity) -> str:
+    """Return the table that stores a column of a view; empty where the view computes it."""
+    return quantity.table or ("" if quantity.sql else view.removesuffix("s"))  # a view has the name of its table
+
+
+def stored_quantities(table: str) -> dict[str, Quantity]:
+    """Return the quantities that a table stores, by name, as its own view has them."""
+    return {
+        quantity.name: quantity
+        for view, quantities in VIEWS.items()
+        for quantity in quantities
+        if table_of(view, quantity) == table
+    }

@@ -32,7 +32,8 @@ from hcsearch.designs.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.scenes.envelopes import box_placements, envelope_sides
 from hcsearch.store.column_labels import with_column_names
-from hcsearch.store.columns import VIEWS, Quantity, column_names
+from hcsearch.store.columns import VIEWS, column_names
+from hcsearch.store.quantity import Quantity
 from hcsearch.store.views import SCENIC, select_view_in
 
 MAX_CONDITIONS = 500

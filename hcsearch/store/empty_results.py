@@ -10,7 +10,6 @@ from sqlalchemy import select as sql_select
 
 from hcsearch.basics.vocabulary import listed
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store.columns import Quantity
 from hcsearch.store.conditions import (
     FITS,
     STOWED_SIDES,
@@ -23,6 +22,7 @@ from hcsearch.store.conditions import (
 )
 from hcsearch.store.database import Database
 from hcsearch.store.failures import retry_if_changed
+from hcsearch.store.quantity import Quantity
 from hcsearch.system.terminal import short_number
 
 _MOST_WORDS = 9

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import re
 import threading
-from pathlib import Path
 
 from sqlalchemy import Connection, inspect, text
 
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.store.columns import VIEWS
-from hcsearch.store.schema import APPLICATION_ID, SCHEMA_REVISION, VERSION_TABLE
+from hcsearch.store.schema import APPLICATION_ID, MIGRATION_SCRIPTS, SCHEMA_REVISION, VERSION_TABLE
 from hcsearch.store.views import create_view
 
 _ALEMBIC = threading.Lock()
 """Held while Alembic works, since its migration context is a global variable."""
-
-MIGRATION_SCRIPTS = Path(__file__).with_name("migrations")
 
 
 def current_revision(connection: Connection) -> str | None:

@@ -17,10 +17,10 @@ from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError, Sce
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.panel_sizes import is_panel
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES
-from hcsearch.store.columns import ColumnKind, Quantity
 from hcsearch.store.conditions import find_quantity, named_grids, parse_query, quantities_named, sort_terms, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import retry_if_changed
+from hcsearch.store.quantity import ColumnKind, Quantity
 from hcsearch.store.rows import (
     FETCH_CHUNK_ROWS,
     Result,

@@ -15,8 +15,9 @@ from sqlalchemy import Column, Connection, CursorResult, Select, func, select
 from sqlalchemy.exc import DBAPIError
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
-from hcsearch.store.columns import ColumnKind, view_names
+from hcsearch.store.columns import view_names
 from hcsearch.store.failures import is_of_database, is_of_values, is_refusal
+from hcsearch.store.quantity import ColumnKind
 
 ResultRow = tuple[Any, ...]
 

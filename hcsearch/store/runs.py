@@ -12,12 +12,13 @@ from sqlalchemy import ColumnElement, Connection, Integer, Text, and_, bindparam
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.designs.records import DesignBatch, StageResult, WorkKey
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store.columns import ColumnKind
+from hcsearch.store.columns import FUNNEL_COLUMNS
 from hcsearch.store.database import Database
 from hcsearch.store.design_rows import insert_designs, insert_rows
 from hcsearch.store.failures import retry_if_changed
+from hcsearch.store.quantity import ColumnKind
 from hcsearch.store.rows import check_values, next_id
-from hcsearch.store.schema import FUNNEL_COLUMNS, batch, design, evaluation, run, score, unit
+from hcsearch.store.schema import batch, design, evaluation, run, score, unit
 
 _KINDS: dict[str, ColumnKind] = {"prefix": "text", "passed": "integer", "n_fixed": "integer", "seconds": "real"}
 

@@ -15,10 +15,11 @@ from hcsearch.basics.simulation_accuracy import SimulationAccuracy
 from hcsearch.basics.vocabulary import Status
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store.accuracies import accuracy_of_deployments
-from hcsearch.store.columns import VIEWS, ColumnKind, column_names
+from hcsearch.store.columns import VIEWS, column_names
 from hcsearch.store.conditions import find_quantity, parse_query, view_table
 from hcsearch.store.database import Database
 from hcsearch.store.failures import retry_if_changed
+from hcsearch.store.quantity import ColumnKind
 from hcsearch.store.queries import check_scene, limited_reading, order_of, sort_key
 from hcsearch.store.rows import Result, checked_rows, parts_of_ids
 from hcsearch.store.verdicts import simulations_of

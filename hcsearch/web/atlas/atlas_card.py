@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.basics.vocabulary import listed
-from hcsearch.store.columns import Quantity
+from hcsearch.store.quantity import Quantity
 from hcsearch.web.atlas.atlas_counts import COUNTED, BFile, SizeCounts
 from hcsearch.web.atlas.atlas_folder import REQUEST_KEY
 from hcsearch.web.atlas.atlas_request import AtlasRequest

@@ -9,7 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from hcsearch.store import Database, Rows, select, stream, write_parquet_rows
-from hcsearch.store.columns import VIEWS, Quantity
+from hcsearch.store.columns import VIEWS
+from hcsearch.store.quantity import Quantity
 from hcsearch.web.atlas.atlas_request import AtlasRequest
 
 TABLES = ("designs", "foldings")

@@ -19,7 +19,8 @@ from hcsearch.cases.replay_sources import stored_replays
 from hcsearch.designs.circuit import Circuit
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, Summary, best_creases, rows_of_designs, scene_names, select, summarize
-from hcsearch.store.columns import DESIGN_QUANTITIES, Quantity
+from hcsearch.store.columns import DESIGN_QUANTITIES
+from hcsearch.store.quantity import Quantity
 from hcsearch.system.work_steps import work_step
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.accuracy_section import ShownAccuracy

@@ -16,8 +16,9 @@ from hcsearch.export.bill_texts import bill_summary, section_cells
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.shape.drawing import draw_circuit
 from hcsearch.store import Database, open_readonly
-from hcsearch.store.columns import DESIGN_QUANTITIES, FOLDING_QUANTITIES, Quantity
+from hcsearch.store.columns import DESIGN_QUANTITIES, FOLDING_QUANTITIES
 from hcsearch.store.empty_results import empty_result_reason
+from hcsearch.store.quantity import Quantity
 from hcsearch.system.outputs import write_output
 from hcsearch.system.work_steps import work_step
 from hcsearch.web.player import player_script

@@ -13,7 +13,8 @@ from hcsearch.designs.grid import GRIDS, Grid
 from hcsearch.designs.grid.step_names import reading_frames
 from hcsearch.scenes.envelopes import envelope_catalogue
 from hcsearch.shape.drawing import drawn_size, shortest_side
-from hcsearch.store.columns import FOLDING_QUANTITIES, Quantity
+from hcsearch.store.columns import FOLDING_QUANTITIES
+from hcsearch.store.quantity import Quantity
 from hcsearch.web.report.data import ReportData, ViewRow
 from hcsearch.web.report.reasons import best_deployment, status_reason, verdict_of_row
 

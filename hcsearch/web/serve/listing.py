@@ -22,8 +22,9 @@ from hcsearch.store import (
     scene_names,
     select_page,
 )
-from hcsearch.store.columns import VIEWS, Quantity
+from hcsearch.store.columns import VIEWS
 from hcsearch.store.conditions import quantities_named
+from hcsearch.store.quantity import Quantity
 from hcsearch.store.queries import VIEW_KEYS
 from hcsearch.web.player.player_page import as_script
 from hcsearch.web.report.data import (

@@ -8,7 +8,8 @@ from typing import Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader
 
-from hcsearch.store.columns import VIEWS, Quantity
+from hcsearch.store.columns import VIEWS
+from hcsearch.store.quantity import Quantity
 from hcsearch.web.player import player_script
 from hcsearch.web.report.page_files import CARD_SCRIPT_MODULES
 from hcsearch.web.report.templating import joined_script, page_style, template_environment, written_value
