@@ -127,8 +127,30 @@ def test_a_terminal_says_that_kernels_are_compiled_and_a_pipe_does_not_at_once(m
     with progress.ProgressMeter("batch") as meter:
         meter(1, 2, "circuits")
         time.sleep(0.1)
+        assert meter.state() == "batch 1 of 2, circuits"  # nothing is missing
     assert pipe.getvalue() == ""
     under_way.end_compilation()
+
+
+def test_the_time_of_compilation_is_a_line_of_its_own(monkeypatch):
+    monkeypatch.setattr(progress, "_LINE_SECONDS", 0.01)
+    monkeypatch.setattr(sys, "stderr", log := io.StringIO())
+    monkeypatch.setattr(under_way._State, "before", 0)
+    monkeypatch.setattr(under_way._State, "seconds", 0.0)
+    with progress.ProgressMeter(doing="show"):
+        pass
+    assert log.getvalue() == ""
+    with progress.ProgressMeter(doing="enumerate"), progress.ProgressMeter(progress.SHARE) as meter:
+        meter(20, 100, "motion, 1 of 9 foldings")
+        monkeypatch.setattr(under_way, "missing_stamps", lambda kernels: frozenset({"none"}))
+        under_way.start_compilation(insert_fingerprints)
+        under_way.set_current_kernel(insert_fingerprints)
+        assert meter.state() == "20 %, compiling kernels"
+        monkeypatch.setattr(under_way._State, "begun", time.monotonic() - 42.0)
+        monkeypatch.setattr(under_way, "uncompiled_stamps", lambda stamps: frozenset())
+        under_way.end_compilation()
+    last = log.getvalue().splitlines()[-1]
+    assert last == "hcsearch: 0 s, 1 kernel compiled in 42 s; later runs read them from the cache"
 
 
 def test_without_a_terminal_long_work_writes_a_line_from_time_to_time(monkeypatch):

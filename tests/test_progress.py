@@ -18,9 +18,16 @@ from hcsearch.basics.vocabulary import STAGE_NAMES, listed
 from hcsearch.cli import hcsearch, progress
 from hcsearch.search.own_patterns.single_circuits import FOLDING_STAGES
 from hcsearch.search.pipeline.processes import ProcessExecutor
-from hcsearch.search.pipeline.run_progress import SHARE, StageProgress, part_of_progress, parts_of_work
 from hcsearch.search.stages.order import STAGES
-from hcsearch.system.work_steps import hearing_work, step_of_thread, words_of_work, work_step
+from hcsearch.system.work_steps import (
+    StageProgress,
+    hearing_work,
+    part_of_progress,
+    parts_of_work,
+    step_of_thread,
+    words_of_work,
+    work_step,
+)
 
 
 def wait_until(happened):
@@ -105,14 +112,12 @@ def test_an_inner_meter_takes_the_lines_over_and_gives_them_back(monkeypatch):
 
 def test_a_share_never_falls_and_says_how_long_it_takes(monkeypatch):
     def work(wait):
-        with progress.ProgressMeter("batch", parts=True) as meter:
-            meter(5, 10, "circuits")
-            assert meter.state() == "batch 5 of 10, circuits"  # no time left: more follows
-            meter(0, 200, "motion", SHARE)
+        with progress.ProgressMeter(progress.SHARE) as meter:
+            meter(0, 200, "motion")
             assert meter.state() == "0 %, motion"
-            meter(100, 200, "motion", SHARE)
+            meter(100, 200, "motion")
             assert re.fullmatch(r"50 %, motion, about \S+ seconds left", meter.state())
-            meter(90, 200, "flight", SHARE)
+            meter(90, 200, "flight")
             assert meter.state().startswith("50 %, flight, ")
             wait()
 
@@ -125,13 +130,15 @@ def test_a_terminal_shows_a_bar_of_shares_alone(monkeypatch):
             return True
 
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
-    with progress.ProgressMeter(doing="enumerate"), progress.ProgressMeter("batch", parts=True) as meter:
-        meter(1, 4, "circuits")
-        assert "0/4 batch [" in terminal.getvalue()
-        assert "%" not in terminal.getvalue()
+    monkeypatch.setattr(sys, "stdout", terminal)
+    with progress.ProgressMeter(doing="enumerate"), progress.ProgressMeter(progress.SHARE) as meter:
+        meter(5, 120, "batch 1 of 4, circuits")
+        assert "/120" not in terminal.getvalue()
+        meter.write("  two-stack 2")  # where the bar was
+        assert re.search(r"\r +\r  two-stack 2\n\r +\d%\|", terminal.getvalue())
         for _ in range(2):  # the second call shows the note of the first
-            meter(30, 120, "motion, 30 of 40 foldings", SHARE)
-    assert re.search(r" 24%\|.*\| \[\d\d:\d\d<.*, motion, 30 of 40 foldings\]", terminal.getvalue())
+            meter(30, 120, "motion, 30 of 40 foldings")
+    assert re.search(r" 25%\|.*\| \[\d\d:\d\d<.*, motion, 30 of 40 foldings\]", terminal.getvalue())
 
 
 EVENTS = st.lists(st.tuples(st.sampled_from(["motion", "deployment", "flight", "searching"]), st.integers(0, 5)))
@@ -148,7 +155,7 @@ def test_stages_are_counted_and_their_share_rises(events, foldings):
     assert [done for done, *_ in shown] == sorted(done for done, *_ in shown)
     assert shown[-1][:2] == (3 * foldings, 3 * foldings)
     last = next((step for step, _ in reversed(events) if step != "searching"), "motion")
-    assert shown[-1][2:] == (f"{last}, {foldings} of {foldings} foldings", SHARE)
+    assert shown[-1][2:] == (f"{last}, {foldings} of {foldings} foldings",)
     if events:
         counted = sum(count for step, count in events if step == last)
         assert shown[-2][2] == f"{last}, {min(counted, foldings)} of {foldings} foldings"
@@ -157,12 +164,12 @@ def test_stages_are_counted_and_their_share_rises(events, foldings):
 def test_parts_of_a_work_follow_each_other():
     assert parts_of_work([1.0, 3.0], 0.5) == [(0.0, 0.125), (0.125, 0.5)]
     shown = []
-    part = part_of_progress(lambda *state: shown.append(state), "hex n = 8", 0.2, 0.6, shares_alone=True)
-    part(7, 9, "circuits")
-    part(1, 2, "motion, 1 of 2 foldings", SHARE)
+    part = part_of_progress(lambda *state: shown.append(state), 0.2, 0.6, name="hex n = 8")
+    part_of_progress(part, 0.0, 0.1, unit="batch")(7, 9, "circuits")
+    part(1, 2, "motion, 1 of 2 foldings")
     assert shown == [
-        (200, 1000, "hex n = 8, batch 7 of 9, circuits", SHARE),
-        (400, 1000, "hex n = 8, motion, 1 of 2 foldings", SHARE),
+        (230, 1000, "hex n = 8, batch 7 of 9, circuits"),
+        (400, 1000, "hex n = 8, motion, 1 of 2 foldings"),
     ]
 
 

@@ -15,7 +15,6 @@ from hcsearch.designs.panel_sizes import read_panel
 from hcsearch.scenes import SCENES, with_panel
 from hcsearch.search.enumeration import search_all
 from hcsearch.search.pipeline import Plan, run_dry, run_into
-from hcsearch.search.pipeline.run_progress import SHARE
 from hcsearch.store import open_database, open_readonly, select, select_sql
 from tests.report.pages import column, data_of
 
@@ -238,8 +237,9 @@ class StopError(Exception):
 def stopping(after):
     """Progress that ends the run once some pieces are done."""
 
-    def show(done, total, note, unit="batch"):
-        if unit == SHARE and done >= 2 * after:  # of two stages
+    def show(_done, _total, note):
+        deployed = re.match(r"deployment, (\d+) of ", note)
+        if deployed and int(deployed[1]) >= after:
             raise StopError
 
     return show
@@ -278,20 +278,27 @@ def test_a_run_that_ends_early_keeps_its_pieces_and_goes_on(tmp_path, monkeypatc
 
 def test_progress_and_times_are_known_beforehand(tmp_path, monkeypatch):
     monkeypatch.setattr("hcsearch.search.pipeline.run.LONG_RUN_SECONDS", 0.0)
-    seen, said = [], []
+    seen, said, funnels = [], [], []
 
-    def show(done, total, note, unit="batch"):
-        seen.append((done, total, note, unit))
+    def show(done, total, note):
+        seen.append((done, total, note))
+
+    def listed(funnel):
+        funnels.append((funnel, len(seen)))
 
     plan = Plan(search_all(GRIDS["square"], 8, "untwisted"), "deployment", "untwisted")
-    run_dry(plan, show, said.append)
-    assert seen[0][:2] == (0, len(plan.search.prefixes))
-    judging = [entry for entry in seen if entry[3] == SHARE]
-    assert judging[0][0] == 0
-    assert judging[-1][0] == judging[-1][1] > 0
-    assert [entry[0] for entry in judging] == sorted(entry[0] for entry in judging)
-    foldings = judging[0][1] // 2
-    assert judging[0][2] == f"motion, 0 of {foldings} foldings"
+    summary = run_dry(plan, show, said.append, listed)
+    ((known, count),) = funnels
+    assert known == replace(summary.funnel, movable=None, deploys=None)
+    batches = len(plan.search.prefixes)
+    assert [note.split(", ")[0] for _, _, note in seen[:count]] == [
+        f"batch {k} of {batches}" for k in range(batches + 1)
+    ]
+    judging = seen[count:]
+    foldings = int(re.fullmatch(r"motion, 0 of (\d+) foldings", judging[0][2])[1])
     assert judging[-1][2] == f"deployment, {foldings} of {foldings} foldings"
+    assert (seen[0][0], seen[-1][0]) == (0, seen[-1][1])
+    assert [entry[0] for entry in seen] == sorted(entry[0] for entry in seen)
+    assert len({entry[1] for entry in seen}) == 1
     (sentence,) = said
     assert sentence.startswith(f"{foldings} foldings to judge in the scene default: about ")

@@ -10,8 +10,15 @@ from hcsearch.api.enumerating import plan_enumeration, run_enumeration
 from hcsearch.api.kinds import check_kinds
 from hcsearch.designs.grid import GRIDS
 from hcsearch.search.pipeline import Plan, WorkerPool
-from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress, part_of_progress, parts_of_work
 from hcsearch.store import check_parquet
+from hcsearch.system.work_steps import (
+    Announcement,
+    Progress,
+    no_announcement,
+    no_progress,
+    part_of_progress,
+    parts_of_work,
+)
 from hcsearch.web.atlas.atlas_files import Atlas, atlas_in, write_atlas
 from hcsearch.web.atlas.atlas_folder import open_atlas_folder
 from hcsearch.web.atlas.atlas_request import AtlasRequest, atlas_request
@@ -27,8 +34,8 @@ def build_atlas(
     grids: Sequence[str] | None = None,
     until: str | None = None,
     jobs: int | None = None,
-    progress: RunProgress | None = None,
-    announce: AnnounceSentence | None = None,
+    progress: Progress | None = None,
+    announce: Announcement | None = None,
 ) -> Atlas:
     """Build the data set of all designs with up to n panels in a folder, as `hcsearch atlas` does.
 
@@ -64,7 +71,7 @@ def build_atlas(
     for grid in request.grids:  # first, so that an n that is too large is refused before its sizes are listed
         _plan(request, grid, request.n, workers)
     plans = [_plan(request, grid, size, workers) for grid, size in request.sizes]
-    show = progress or _hidden
+    show = progress or no_progress
     with open_atlas_folder(path, request) as folder:
         if not folder.is_complete:
             source = folder.work / "designs.sqlite"
@@ -75,17 +82,12 @@ def build_atlas(
                 strict=True,
             ):
                 name = f"{plan.search.grid.name} n = {plan.search.n}"
-                shares_alone = bool(plan.scene_stages)
-                part = part_of_progress(show, name, *bounds, shares_alone=shares_alone)
-                run_enumeration(plan, source, part, announce)
-            certificates = part_of_progress(show, "certificates", end, 1.0, shares_alone=False)
+                part = part_of_progress(show, *bounds, name=name, unit="" if plan.scene_stages else "batch")
+                run_enumeration(plan, source, part, announce or no_announcement)
+            certificates = part_of_progress(show, end, 1.0, name="certificates", unit="folding")
             write_atlas(folder, source, request, workers, certificates)
     return atlas_in(folder)
 
 
 def _plan(request: AtlasRequest, grid: str, n: int, workers: WorkerPool) -> Plan:
     return plan_enumeration(chosen_search(grid, n, None, "all"), workers, until=request.until)
-
-
-def _hidden(done: int, total: int, note: str, unit: str = "batch") -> None:
-    """Show no progress."""

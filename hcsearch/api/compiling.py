@@ -65,6 +65,7 @@ from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.play import play_of_deployment
 from hcsearch.springs.deployment.quick_check import check_deployments
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
+from hcsearch.system.work_steps import Progress
 
 _FOLDING = "hex:023350:1"
 _MOVABLE = "hex:0234550132:4"
@@ -209,9 +210,6 @@ SAMPLES = {
 }
 """In the order in which they are started: the longest first."""
 
-CompileProgress = Callable[[int, int, str], None]
-"""Called with the numbers of compiled and of all kernels, and the samples that run."""
-
 
 class CompiledKernels(NamedTuple):
     """What `compile_kernels` did: the numbers of samples run and of kernels compiled, and the time in s."""
@@ -226,7 +224,7 @@ def can_compile_ahead() -> bool:
     return has_internals()
 
 
-def compile_kernels(processes: int, progress: CompileProgress | None = None) -> CompiledKernels:
+def compile_kernels(processes: int, progress: Progress | None = None) -> CompiledKernels:
     """Compile the kernels of all samples that are not in the cache, as `hcsearch compile` does.
 
     HcsearchError where a sample fails.

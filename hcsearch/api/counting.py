@@ -16,7 +16,7 @@ from hcsearch.search.enumeration import ArraySearch, Search, count_array
 from hcsearch.search.enumeration.frontier_counts import expected_circuits
 from hcsearch.search.enumeration.growth import POLYGON_EXPONENT, Growth, fit_growth
 from hcsearch.search.pipeline import DesignCount, count_designs, counting_seconds, duration_text
-from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress, part_of_progress, parts_of_work
+from hcsearch.system.work_steps import Announcement, Progress, part_of_progress, parts_of_work
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -142,8 +142,8 @@ def count(
     keep: Keep = ...,
     jobs: int | None = ...,
     scheduler: str | None = ...,
-    progress: RunProgress | None = ...,
-    announce: AnnounceSentence | None = ...,
+    progress: Progress | None = ...,
+    announce: Announcement | None = ...,
 ) -> CircuitCount: ...
 @overload
 def count(
@@ -154,8 +154,8 @@ def count(
     keep: Keep = ...,
     jobs: int | None = ...,
     scheduler: str | None = ...,
-    progress: RunProgress | None = ...,
-    announce: AnnounceSentence | None = ...,
+    progress: Progress | None = ...,
+    announce: Announcement | None = ...,
 ) -> CountTable: ...
 def count(
     *,
@@ -165,8 +165,8 @@ def count(
     keep: Keep = "all",
     jobs: int | None = None,
     scheduler: str | None = None,
-    progress: RunProgress | None = None,
-    announce: AnnounceSentence | None = None,
+    progress: Progress | None = None,
+    announce: Announcement | None = None,
 ) -> CircuitCount | CountTable:
     """Count the circuits of all arrays of n cells, or of one array, as `hcsearch count` does.
 
@@ -206,8 +206,8 @@ def _count_one(
     keep: Keep,
     jobs: int | None,
     scheduler: str | None,
-    progress: RunProgress | None,
-    announce: AnnounceSentence | None,
+    progress: Progress | None,
+    announce: Announcement | None,
 ) -> CircuitCount:
     """Count the circuits of one search."""
     search, crew = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
@@ -233,8 +233,8 @@ def _count_sizes(
     keep: Keep,
     jobs: int | None,
     scheduler: str | None,
-    progress: RunProgress | None,
-    announce: AnnounceSentence | None,
+    progress: Progress | None,
+    announce: Announcement | None,
 ) -> CountTable:
     """Count the circuits of several n; sizes out of reach are refused before anything is counted."""
     ordered = sorted(set(sizes))
@@ -249,7 +249,7 @@ def _count_sizes(
         raise HcsearchError(f"n = {twice} is given twice: give each number once")
 
     def counted(n: int, kept: Keep, begin: float, end: float) -> CircuitCount:
-        show = None if progress is None else part_of_progress(progress, f"n = {n}", begin, end, shares_alone=False)
+        show = None if progress is None else part_of_progress(progress, begin, end, name=f"n = {n}", unit="batch")
         return _count_one(grid, n, None, kept, jobs, scheduler, show, announce)
 
     pairs = []

@@ -19,7 +19,6 @@ from hcsearch.springs.drive.drive_facts import DRIVE_SUFFIXES, Drive
 from hcsearch.springs.drive.driven_folding import (
     DRIVE_STAGES,
     DriveOptions,
-    DriveProgress,
     NoPathError,
     drive_along,
     drive_linkage,
@@ -27,6 +26,7 @@ from hcsearch.springs.drive.driven_folding import (
     no_path_reason,
 )
 from hcsearch.system.terminal import write_notice
+from hcsearch.system.work_steps import Progress
 
 __all__ = ["DRIVE_SUFFIXES", "DriveOptions", "NoPathError", "drive", "latch_facts"]
 
@@ -39,7 +39,7 @@ def drive(
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
-    progress: DriveProgress | None = None,
+    progress: Progress | None = None,
     **values: Any,
 ) -> Drive:
     """Choose motors that open a folding, or a pattern of a file, along a proved path, as `hcsearch drive` does.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from hcsearch.api.chosen_searches import chosen_search, chosen_workers
@@ -25,8 +26,8 @@ from hcsearch.search.pipeline import (
     run_dry,
     run_into,
 )
-from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress
 from hcsearch.search.stages.order import STAGES, check_keep
+from hcsearch.system.work_steps import Announcement, Progress, no_announcement, no_progress
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,8 @@ def enumerate_into(
     budget: int | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
-    progress: RunProgress | None = None,
-    announce: AnnounceSentence | None = None,
+    progress: Progress | None = None,
+    announce: Announcement | None = None,
 ) -> Funnel:
     """Search all arrays of n cells, or one array, and store the designs in a database, as `hcsearch enumerate` does.
 
@@ -84,7 +85,7 @@ def enumerate_into(
     scheduler
         The address of a Dask cluster, in place of jobs.
     progress
-        Called with the numbers of finished and of all batches.
+        Called with the amount done, the whole amount, and a note.
     announce
         Called with sentences on long runs.
 
@@ -102,7 +103,7 @@ def enumerate_into(
     check_kinds(enumerate_into, locals())
     search, workers = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
     plan = plan_enumeration(search, workers, db, until=until, keep=keep, scene=scene, panel=panel, budget=budget)
-    return run_enumeration(plan, db, progress, announce).summary.funnel
+    return run_enumeration(plan, db, progress or no_progress, announce or no_announcement).summary.funnel
 
 
 def plan_enumeration(
@@ -130,30 +131,26 @@ def plan_enumeration(
 def run_enumeration(
     plan: Plan,
     db: Place | None = None,
-    progress: RunProgress | None = None,
-    announce: AnnounceSentence | None = None,
+    progress: Progress = no_progress,
+    announce: Announcement = no_announcement,
+    listed: Callable[[Funnel], None] = lambda _: None,
     *,
     dry: bool = False,
 ) -> Enumeration:
     """Run a plan into a database, which is made where there is none.
 
-    dry : store nothing. The size of a long run is announced first; a run for whose results the disk has no room is
-    refused.
+    listed : called with the funnel of the stages that do not depend on the scene. dry : store nothing. The size of a
+    long run is announced first; a run for whose results the disk has no room is refused.
     """
-    tell = announce or _ignore
     location = database_location(db)
     expected = estimate_run(
         plan, stored=not dry, finished=() if dry or plan.is_small else finished_shards(plan, location)
     )
     if expected is not None:
-        tell(expected.sentence(plan.crew))
+        announce(expected.sentence(plan.crew))
         if not dry:
             check_disk_room(expected, location)
     if dry:
-        return Enumeration(plan, run_dry(plan, progress, tell), None)
+        return Enumeration(plan, run_dry(plan, progress, announce, listed), None)
     with writing_database(db, create=True) as database:
-        return Enumeration(plan, run_into(plan, database, progress, tell), database.location)
-
-
-def _ignore(sentence: str) -> None:
-    """Announce nothing."""
+        return Enumeration(plan, run_into(plan, database, progress, announce, listed), database.location)

@@ -18,7 +18,7 @@ from hcsearch.cases.replay import Replay
 from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.export.bulk_export import BulkProgress, BulkRequest, SavedDesigns, designs_of_query, export_designs
+from hcsearch.export.bulk_export import BulkRequest, SavedDesigns, designs_of_query, export_designs
 from hcsearch.export.bulk_targets import bulk_kind_of, open_bulk_target
 from hcsearch.export.export_files import (
     check_export_loads,
@@ -31,6 +31,7 @@ from hcsearch.export.formats import export_format_of
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.system.outputs import check_output, replacing_file
 from hcsearch.system.terminal import write_notice
+from hcsearch.system.work_steps import Progress
 
 
 def save(
@@ -113,7 +114,7 @@ def save_designs(
     flat_pairs: Way | None = None,
     db: Place | None = None,
     values: Mapping[str, object] | None = None,
-    progress: BulkProgress | None = None,
+    progress: Progress | None = None,
     **settings: Any,
 ) -> SavedDesigns:
     """Write a file for each design of a query, as `hcsearch export` does; return what was written.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +19,8 @@ from hcsearch.motion.paths.linkage_motion import LinkageMotion, row_step
 from hcsearch.motion.paths.start_states import resolve_start
 from hcsearch.scenes import Scene
 from hcsearch.system.terminal import write_notice
+from hcsearch.system.work_steps import Progress
 
-FollowingProgress = Callable[[int, int, str], None]
 _STEPS = ("branches at the start", "motion")
 
 
@@ -38,7 +38,7 @@ def follow_motion(
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
-    progress: FollowingProgress | None = None,
+    progress: Progress | None = None,
 ) -> LinkageMotion:
     """Follow the motion of a folding, an assembly or a Linkage from a state, as `hcsearch motion` does.
 

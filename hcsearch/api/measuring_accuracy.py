@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
@@ -21,8 +21,7 @@ from hcsearch.springs.accuracy.work_rows import DEFAULT_TOLERANCE, TOLERANCES, w
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.omission_savings import omission_savings
 from hcsearch.system.terminal import write_notice
-
-AccuracyProgress = Callable[[int, int, str], None]
+from hcsearch.system.work_steps import Progress
 
 
 def accuracy(
@@ -35,7 +34,7 @@ def accuracy(
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
-    progress: AccuracyProgress | None = None,
+    progress: Progress | None = None,
     **values: Any,
 ) -> MeasuredAccuracy:
     """Measure error against run time of a deployment by springs, as `hcsearch accuracy` does.
@@ -100,7 +99,7 @@ def stability(
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
-    progress: AccuracyProgress | None = None,
+    progress: Progress | None = None,
     **values: Any,
 ) -> MeasuredStability:
     """Judge simulations of a deployment with other values, as `hcsearch accuracy --sweep` and `--stress` do.

@@ -18,6 +18,7 @@ from hcsearch.motion.certificates import certifying
 from hcsearch.motion.certificates.certificate_grammar import SECONDS, Clock
 from hcsearch.scenes import Scene
 from hcsearch.system.outputs import check_output, write_output
+from hcsearch.system.work_steps import Progress
 
 _ENDINGS = (".json",)
 
@@ -39,7 +40,7 @@ def prove(
     panel: str | None = None,
     flat_pairs: Way | None = None,
     db: Place | None = None,
-    progress: certifying.ProofProgress | None = None,
+    progress: Progress | None = None,
 ) -> Certificate:
     """Write a certificate that a folding or a pattern can be opened, or that no motion opens it, as `hcsearch prove`.
 

@@ -12,10 +12,10 @@ from hcsearch.library.unit_search.elements import Element, elements_of_designs, 
 from hcsearch.library.unit_search.unit_search import (
     ElementSearchResult,
     UnitSearchLimits,
-    UnitSearchProgress,
     search_elements,
 )
 from hcsearch.store import record_units
+from hcsearch.system.work_steps import Progress
 
 DEFAULT_COPY_COUNTS = (2, 4)
 """Numbers of copies of an element in a unit."""
@@ -32,7 +32,7 @@ def search_units(
     most: int = DEFAULT_MAX_UNIONS,
     seconds: float | None = None,
     db: Place | None = None,
-    progress: UnitSearchProgress | None = None,
+    progress: Progress | None = None,
 ) -> Iterator[tuple[ElementSearchResult, int]]:
     """Search for units made of copies of each element of n panels, as `hcsearch units` does.
 

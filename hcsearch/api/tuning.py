@@ -24,10 +24,11 @@ from hcsearch.shape.labels import labels_of
 from hcsearch.springs.flight.rules import read_rules
 from hcsearch.springs.flight.spring_choice import ChosenSprings, springs_that_pass
 from hcsearch.springs.tuning.evaluation import DatabaseMemory
-from hcsearch.springs.tuning.spring_search import TuningProgress, catalogue_levels
+from hcsearch.springs.tuning.spring_search import catalogue_levels
 from hcsearch.springs.tuning.spring_tuning import Tuning, tune_springs
 from hcsearch.springs.tuning.tuning_options import Spread, TuningOptions, damper_bounds
 from hcsearch.system.terminal import write_notice
+from hcsearch.system.work_steps import Progress
 
 
 def tune(
@@ -47,7 +48,7 @@ def tune(
     damper_range: Sequence[float] | None = None,
     damper_catalogue: Sequence[float] = (),
     keep_in: Place | None = None,
-    progress: TuningProgress | None = None,
+    progress: Progress | None = None,
     **values: Any,
 ) -> Tuning:
     """Choose the stiffness of each hinge so that the array becomes flat without a collision, as `hcsearch tune` does.

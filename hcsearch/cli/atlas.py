@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from hcsearch.cli.options import examples_epilog
-from hcsearch.cli.progress import ProgressMeter
+from hcsearch.cli.progress import SHARE, ProgressMeter
 from hcsearch.designs.grid import GRIDS
 
 
@@ -35,7 +35,7 @@ def atlas(output: str, n: int, grids: tuple[str, ...], until: str | None, jobs: 
     from hcsearch.api.building_atlas import build_atlas
     from hcsearch.system.terminal import bytes_text
 
-    with ProgressMeter("batch") as meter:
+    with ProgressMeter(SHARE) as meter:
         built = build_atlas(
             output,
             n=n,

@@ -10,7 +10,7 @@ import click
 
 from hcsearch.basics.vocabulary import Keep
 from hcsearch.cli.options import examples_epilog, several_sizes_option, target_options, worker_options
-from hcsearch.cli.progress import ProgressMeter
+from hcsearch.cli.progress import SHARE, ProgressMeter
 from hcsearch.designs.grid.sequences import known_sequences
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def count(
     from hcsearch.api import counting
 
     is_single_array = array_spec is not None and keep == "all"
-    with ProgressMeter("edge" if is_single_array else "batch") as meter:
+    with ProgressMeter("edge" if is_single_array else SHARE if isinstance(n, list) else "batch") as meter:
         options: dict[str, Any] = {"grid": grid, "n": n, "array": array_spec, "keep": keep}
         counted: CircuitCount | CountTable = counting.count(
             **options,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,7 +11,7 @@ import click
 from hcsearch.basics.vocabulary import STAGE_NAMES, listed
 from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples_epilog, target_options, worker_options
-from hcsearch.cli.progress import ProgressMeter
+from hcsearch.cli.progress import SHARE, ProgressMeter
 
 if TYPE_CHECKING:
     from hcsearch.api.enumerating import Enumeration
@@ -61,8 +62,17 @@ def enumerate_(
 
     search, workers = chosen_search(grid, n, array_spec, keep), chosen_workers(jobs, scheduler)
     plan = plan_enumeration(search, workers, db, keep=keep, **limits)
-    with ProgressMeter("batch", parts=bool(plan.scene_stages)) as meter, _compiling_ahead(plan):
-        done = run_enumeration(plan, db, meter, _announce, dry=dry_run)
+    click.echo(_subject(plan))
+    with ProgressMeter(SHARE if plan.scene_stages else "batch") as meter, _compiling_ahead(plan):
+
+        def show(rows: dict[str, str], funnel: Funnel) -> None:
+            for column, label in rows.items():
+                count = getattr(funnel, column)
+                meter.write(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
+
+        announce, listed = partial(meter.write, err=True), partial(show, _listed_rows(plan))
+        done = run_enumeration(plan, db, announce=announce, progress=meter, listed=listed, dry=dry_run)
+        show(_JUDGED_ROWS, done.summary.funnel)
     _print_summary(done)
     _announce_none(plan, done.summary.funnel)
 
@@ -76,8 +86,26 @@ def _compiling_ahead(plan: Plan) -> AbstractContextManager[None]:
     return compiling_ahead("check")
 
 
-def _announce(sentence: str) -> None:
-    click.echo(sentence, err=True)
+def _subject(plan: Plan) -> str:
+    """Return what is searched, as a sentence."""
+    target = plan.search.target or f"all arrays of {plan.search.n} cells"
+    stages = [stage.name for stage in (*plan.listing_stages, *plan.scene_stages)]
+    grid = f"{plan.search.grid.name} grid, {target}, n = {plan.search.n}"
+    return f"searching the {grid}, in the {'stages' if len(stages) > 1 else 'stage'} {listed(stages, 'and')}"
+
+
+def _listed_rows(plan: Plan) -> dict[str, str]:
+    """Return the labels of the columns of the funnel that are final once all circuits are listed."""
+    return {
+        "fixed_circuits": "circuits of the array" if plan.search.target else "fixed circuits",
+        "circuits": "non-isomorphic circuits",
+        "arrays": "arrays" if plan.keep == "all" else f"arrays ({plan.keep})",
+        "two_stack": "two-stack",
+        "untwisted": "untwisted",
+    }
+
+
+_JUDGED_ROWS = {"movable": "movable", "deploys": "deployed by springs"}
 
 
 def _announce_none(plan: Plan, funnel: Funnel) -> None:
@@ -85,29 +113,16 @@ def _announce_none(plan: Plan, funnel: Funnel) -> None:
     from hcsearch.designs.folding import no_folding_reason
 
     if funnel.circuits == 0:
-        _announce("no circuits: no closed walk from panel to panel goes through each of them once")
+        click.echo("no circuits: no closed walk from panel to panel goes through each of them once", err=True)
     elif funnel.two_stack == 0:
-        _announce(f"nothing folds: {no_folding_reason(plan.search.n)}")
+        click.echo(f"nothing folds: {no_folding_reason(plan.search.n)}", err=True)
 
 
 def _print_summary(done: Enumeration) -> None:
     from hcsearch.basics.simulation_accuracy import accuracy_sentences
     from hcsearch.basics.undecided_simulations import undecided_sentences
 
-    plan, summary, funnel = done.plan, done.summary, done.summary.funnel
-    target = plan.search.target or f"all arrays of {plan.search.n} cells"
-    click.echo(f"{plan.search.grid.name} grid, {target}, n = {plan.search.n}")
-    arrays = "arrays" if plan.keep == "all" else f"arrays ({plan.keep})"
-    for label, count in (
-        ("circuits of the array" if plan.search.target else "fixed circuits", funnel.fixed_circuits),
-        ("non-isomorphic circuits", funnel.circuits),
-        (arrays, funnel.arrays),
-        ("two-stack", funnel.two_stack),
-        ("untwisted", funnel.untwisted),
-        ("movable", funnel.movable),
-        ("deployed by springs", funnel.deploys),
-    ):
-        click.echo(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
+    plan, summary = done.plan, done.summary
     times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())
     click.echo(f"stages: {times}, summed over cores" if times else "stages: nothing to do")
     if plan.scene_stages:

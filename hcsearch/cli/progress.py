@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.search.pipeline.run_progress import SHARE
+from hcsearch.basics.vocabulary import counted
 from hcsearch.system.terminal import duration_text
 from hcsearch.system.work_steps import words_of_work
 
@@ -24,13 +24,14 @@ if TYPE_CHECKING:
     from tqdm import tqdm
 
 _LOCK = threading.RLock()
+SHARE = "share"
+"""Unit of a meter that shows the share of the whole work: its amounts are of no thing that a user knows."""
 _FIRST_NOTE_SECONDS, _NOTE_SECONDS = 2.0, 1.0
-"""Time before the first line on compiled kernels, and between two, on a terminal, s."""
+"""Time before the first words on compiled kernels, and between two, on a terminal, s."""
 _LINE_SECONDS = 10.0
 """Time between two lines, s."""
 _SHARE_FORMAT = "{percentage:3.0f}%|{bar}| [{elapsed}<{remaining}{postfix}]"
-_COUNT_FORMAT = "{n_fmt}/{total_fmt} {unit} [{elapsed}, {rate_fmt}{postfix}]"
-"""Bars of a share of the whole work, and of counts that are not of the whole work."""
+"""Bar of a share of the whole work."""
 
 
 class _Repeated:
@@ -60,9 +61,14 @@ class _Repeated:
             self._show()
 
 
+def _under_way() -> Any:
+    """Return the module that knows what is compiled; None before its import, when nothing is."""
+    return sys.modules.get("hcsearch.kernels.compiling.under_way")
+
+
 def _compilation_note() -> str:
     """Return words on the compilation of kernels that is under way; empty if there is none."""
-    kernels = sys.modules.get("hcsearch.kernels.compiling.under_way")  # before its import nothing is compiled
+    kernels = _under_way()
     compiled = kernels.compilation_under_way() if kernels is not None else None
     if compiled is None:
         return ""
@@ -80,51 +86,59 @@ def _terminal_size() -> tuple[int, int]:
 
 
 class _Bar:
-    """A bar on a terminal; before the first item is done, lines on what is compiled."""
+    """A bar on a terminal, beside it words on what is compiled; before the first call these alone."""
 
-    def __init__(self, *, parts: bool) -> None:
+    def __init__(self, unit: str) -> None:
+        self._unit, self._noted = unit, False
         self._bar: tqdm[Any] | None = None
-        self._counted: tuple[int, str] | None = None
-        self._parts = parts
         self._compiling = _Repeated(self._show_note, _FIRST_NOTE_SECONDS, _NOTE_SECONDS)
-        self._noted = False
         self._compiling.start()
 
-    def show(self, done: int, total: int, unit: str, note: str) -> None:
+    def show(self, done: int, total: int, note: str) -> None:
         from tqdm import tqdm
 
         # only this process writes; the multiprocessing lock of tqdm would be reported as leaked after Ctrl-C
         tqdm.set_lock(_LOCK)
-        if done:
-            self._end_notes()
-        else:  # kernels are compiled before the first item is done
-            self._compiling.start()
-        if self._bar is None or self._counted != (total, unit):
+        with _LOCK:
+            if self._bar is None or self._bar.total != total:
+                self._clear()
+                form = _SHARE_FORMAT if self._unit == SHARE else None
+                looks: dict[str, Any] = {"unit": self._unit, "leave": False, "file": sys.stderr, "bar_format": form}
+                columns, rows = _terminal_size()
+                self._bar = tqdm(total=total, initial=max(0, done - 1), ncols=columns, nrows=rows, **looks)
+            # the count has not changed, so `update` would not show the new note
+            self._bar.set_postfix_str(note, refresh=done == self._bar.n)
+            self._bar.update(done - self._bar.n)
+
+    def write(self, text: str, *, err: bool) -> None:
+        """Write a line above the bar."""
+        with _LOCK:
             if self._bar is not None:
-                self._bar.close()
-            self._counted = (total, unit)
-            form = _SHARE_FORMAT if unit == SHARE else _COUNT_FORMAT if self._parts else None
-            first = max(0, done - 1)
-            looks: dict[str, Any] = {"unit": unit, "leave": False, "file": sys.stderr, "bar_format": form}
-            columns, rows = _terminal_size()
-            self._bar = tqdm(total=total, initial=first, ncols=columns, nrows=rows, **looks)
-        # the count has not changed, so `update` would not show the new note
-        self._bar.set_postfix_str(note, refresh=done == self._bar.n)
-        self._bar.update(done - self._bar.n)
+                self._bar.clear()
+            self._clear_note()
+            click.echo(text, err=err)
+            if self._bar is not None:
+                self._bar.refresh()
 
     def close(self) -> None:
-        self._end_notes()
-        if self._bar is not None:
-            self._bar.close()
+        self._compiling.end()
+        self._clear()
 
     def _show_note(self) -> None:
         note = _compilation_note()
-        if note:
-            click.echo(f"\r{note[:79]:<79}", err=True, nl=False)
-            self._noted = True
+        with _LOCK:
+            if note and self._bar is not None:
+                self._bar.set_postfix_str(note)
+            elif note:
+                click.echo(f"\r{note[:79]:<79}", err=True, nl=False)
+                self._noted = True
 
-    def _end_notes(self) -> None:
-        self._compiling.end()
+    def _clear(self) -> None:
+        self._clear_note()
+        if self._bar is not None:
+            self._bar.close()
+
+    def _clear_note(self) -> None:
         if self._noted:
             click.echo(f"\r{'':79}\r", err=True, nl=False)
             self._noted = False
@@ -153,8 +167,18 @@ class _Lines:
     def _show_line(self) -> None:
         state = self.meters[-1].state()
         if state:
-            with suppress(OSError, ValueError):  # stderr is closed
-                click.echo(f"hcsearch: {time.monotonic() - self._begun:.0f} s, {state}", err=True)
+            self._write(state)
+
+    def tell_compilation(self) -> None:
+        """Write how long kernels were compiled, if that took longer than until the first line."""
+        kernels = _under_way()
+        count, seconds = (0, 0.0) if kernels is None else kernels.compiled_before()
+        if seconds > _LINE_SECONDS:
+            self._write(f"{counted(count, 'kernel')} compiled in {seconds:.0f} s; later runs read them from the cache")
+
+    def _write(self, words: str) -> None:
+        with suppress(OSError, ValueError):  # stderr is closed
+            click.echo(f"hcsearch: {time.monotonic() - self._begun:.0f} s, {words}", err=True)
 
 
 _LINES = _Lines()
@@ -163,14 +187,13 @@ _LINES = _Lines()
 class ProgressMeter:
     """Progress on stderr while the block runs; called with done and total counts, and a note.
 
-    unit : of the counts. doing : words that are shown without counts, for a meter that is never called. parts : whether
-    counts are of parts of the work, one after the other, and only the unit `SHARE` of the whole.
+    unit : of the counts. doing : words that are shown without counts, for a meter that is never called.
     """
 
-    def __init__(self, unit: str = "", *, doing: str = "", parts: bool = False) -> None:
-        self._unit, self._doing, self._parts = unit, doing, parts
+    def __init__(self, unit: str = "", *, doing: str = "") -> None:
+        self._unit, self._doing = unit, doing
         self._bar: _Bar | None = None
-        self._counts: tuple[int, int, str, str] | None = None
+        self._counts: tuple[int, int, str] | None = None
         self._first: tuple[float, int] = (0.0, 0)
 
     def __enter__(self) -> ProgressMeter:
@@ -178,22 +201,28 @@ class ProgressMeter:
             _LINES.meters.append(self)
             if self._unit and sys.stderr.isatty():
                 _LINES.end()
-                self._bar = _Bar(parts=self._parts)
+                self._bar = _Bar(self._unit)
             else:
                 _LINES.start()
         return self
 
-    def __call__(self, done: int, total: int, note: str, unit: str | None = None) -> None:
-        """Show the state; a new total or unit starts a new bar. A share never falls."""
-        shown = unit or self._unit
+    def __call__(self, done: int, total: int, note: str) -> None:
+        """Show the state; a new total starts a new bar. A share never falls."""
         last = self._counts
-        if last is None or last[1:3] != (total, shown):
+        if last is None or last[1] != total:
             self._first = (time.monotonic(), done)
-        elif shown == SHARE:
+        elif self._unit == SHARE:
             done = max(done, last[0])
-        self._counts = (done, total, shown, note)
+        self._counts = (done, total, note)
         if self._bar is not None:
-            self._bar.show(done, total, shown, note)
+            self._bar.show(done, total, note)
+
+    def write(self, text: str, *, err: bool = False) -> None:
+        """Write a line while the meter is shown."""
+        if self._bar is not None:
+            self._bar.write(text, err=err)
+        else:
+            click.echo(text, err=err)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -204,26 +233,31 @@ class ProgressMeter:
             self._bar.close()
         if len(_LINES.meters) == 1:
             _LINES.end()
+            _LINES.tell_compilation()
         _LINES.meters.remove(self)
         if _LINES.meters:
             _LINES.start()
 
     def state(self) -> str:
-        """Describe what is done and how far it is, and the compilation or the step under way."""
-        shown = self._counts_text() or next((meter._doing for meter in _LINES.meters if meter._doing), "")
-        step = _compilation_note() or words_of_work()
+        """Describe what is done and how far it is; while kernels are compiled, that in place of what they are for."""
+        amount, note = self._counts_texts()
+        shown = ", ".join(filter(None, (amount, note)))
+        shown = shown or next((meter._doing for meter in _LINES.meters if meter._doing), "")
+        if compiling := _compilation_note():
+            return ", ".join(filter(None, (amount or shown, compiling)))
+        step = words_of_work()
         return ", ".join(filter(None, (shown, "" if step in shown else step, self._time_left())))
 
-    def _counts_text(self) -> str:
+    def _counts_texts(self) -> tuple[str, str]:
         if self._counts is None:
-            return ""
-        done, total, unit, note = self._counts
-        amount = f"{100 * done // max(1, total)} %" if unit == SHARE else f"{unit} {done:,} of {total:,}"
-        return ", ".join(filter(None, (amount, note)))
+            return "", ""
+        done, total, note = self._counts
+        amount = f"{100 * done // max(1, total)} %" if self._unit == SHARE else f"{self._unit} {done:,} of {total:,}"
+        return amount, note
 
     def _time_left(self) -> str:
         begun, first = self._first
-        done, total, unit, _ = self._counts or (0, 0, "", "")
-        if not first < done < total or (self._parts and unit != SHARE):
+        done, total, _ = self._counts or (0, 0, "")
+        if not first < done < total:
             return ""
         return f"about {duration_text((time.monotonic() - begun) * (total - done) / (done - first))} left"

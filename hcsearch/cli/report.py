@@ -27,3 +27,4 @@ def report(condition: str, db: str, scene: str | None, panel: str | None, output
 
     path = reporting.report(output, condition, db=db, scene=scene, panel=panel, limit=limit)
     click.echo(printable(str(path)))
+    click.echo(f"open it in a browser: {path.absolute().as_uri()}", err=True)

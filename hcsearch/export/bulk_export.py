@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import Any
@@ -21,8 +21,7 @@ from hcsearch.export.formats import ExportFormat
 from hcsearch.export.settings import ExportSettings
 from hcsearch.scenes.scene_file import scene_file_text
 from hcsearch.system.machine import __version__
-
-BulkProgress = Callable[[int, int, str], None]
+from hcsearch.system.work_steps import Progress
 
 
 @dataclass(frozen=True)
@@ -134,7 +133,7 @@ def export_designs(
     target: BulkTarget,
     path: str,
     scene: str,
-    progress: BulkProgress | None = None,
+    progress: Progress | None = None,
 ) -> SavedDesigns:
     """Write the files of designs one after the other to a target at a path; scene : name of the stored one.
 

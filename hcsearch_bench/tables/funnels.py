@@ -13,10 +13,10 @@ from hcsearch.designs.folding import divisible
 from hcsearch.designs.grid import Grid, grid_named
 from hcsearch.search.enumeration import PolygonSearch, Search, search_all
 from hcsearch.search.pipeline import Funnel, Plan, WorkerPool, count_designs, run_dry
+from hcsearch.system.work_steps import Progress
 from hcsearch_bench.run.bench import Say
 
 T = TypeVar("T")
-Progress = Callable[[int, int, str], None]
 
 # first n, last n with the whole funnel, last n of all
 SIZES = {
@@ -178,8 +178,7 @@ def _check(row: FunnelRow, laws: Mapping[str, bool]) -> None:
 
 def _run(search: Search, keep: str, progress: Progress) -> Funnel:
     """The funnel of a search through the stages until `twist`."""
-    plan = Plan(search, "twist", keep)
-    return run_dry(plan, lambda done, total, note, unit="batch": progress(done, total, note)).funnel
+    return run_dry(Plan(search, "twist", keep), progress).funnel
 
 
 def _count(search: Search, keep: str, progress: Progress) -> int:

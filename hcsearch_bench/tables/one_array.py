@@ -13,8 +13,9 @@ from hcsearch.designs.folding import divisible, fold
 from hcsearch.designs.grid import GRIDS, Array, parse_array
 from hcsearch.designs.twisting import twist_batch
 from hcsearch.search.enumeration import ArraySearch, count_array
+from hcsearch.system.work_steps import Progress
 from hcsearch_bench.run.bench import Say
-from hcsearch_bench.tables.funnels import Patience, Progress
+from hcsearch_bench.tables.funnels import Patience
 
 # beside all sides of 2 or more with up to 56 cells: those that docs/explanation/theory.md is about
 LARGE_RECTANGLES = ("12x5", "10x6", "20x3", "16x4", "8x8", "9x8", "16x5")

@@ -306,7 +306,7 @@ def test_certificates_hold_and_are_made_once(proved, tmp_path):
         if row["file"]:
             assert "; ".join(verify_certificate(json.loads(texts[row["file"]]))) == row["proves"]
 
-    def stop(_done, _total, note, unit="batch"):
+    def stop(_done, _total, note):
         if note.startswith("certificates, folding 1 of "):
             raise KeyboardInterrupt
 
@@ -317,7 +317,7 @@ def test_certificates_hold_and_are_made_once(proved, tmp_path):
     before = made.stat().st_mtime_ns
     times = []
 
-    def watch(_done, _total, note, unit="batch"):
+    def watch(_done, _total, note):
         times.extend([made.stat().st_mtime_ns] if note.endswith(", made before") else [])
 
     assert build_atlas(path, n=6, grids=["hex"], jobs=1, progress=watch).checksum == proved.checksum

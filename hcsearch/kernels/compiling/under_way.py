@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -20,16 +21,21 @@ class Compilation(NamedTuple):
 
 
 class _State:
-    """Compilation for a call from Python: stamps missing at its start, name of the current kernel; kernels before."""
+    """Compilation for a call from Python: stamps missing at its start, name of the current kernel; kernels before.
+
+    begun, seconds : start of the present compilation, and duration of those before, s.
+    """
 
     missing: frozenset[str] = frozenset()
     name: str = ""
     before: int = 0
+    begun: float = 0.0
+    seconds: float = 0.0
 
 
 def start_compilation(kernel: Any) -> None:
     """Start the compilation of a kernel that Python calls, with all kernels it reaches."""
-    _State.missing = missing_stamps([kernel])
+    _State.missing, _State.begun = missing_stamps([kernel]), time.monotonic()
 
 
 def set_current_kernel(kernel: Any) -> None:
@@ -39,7 +45,9 @@ def set_current_kernel(kernel: Any) -> None:
 
 def end_compilation() -> None:
     """End the compilation for a call from Python."""
-    _State.before += _done(_State.missing)
+    if _State.missing:
+        _State.before += _done(_State.missing)
+        _State.seconds += time.monotonic() - _State.begun
     _State.missing, _State.name = frozenset(), ""
 
 
@@ -47,6 +55,11 @@ def compilation_under_way() -> Compilation | None:
     """Return the progress of the compilation in this process, waiting included; None if there is none."""
     name, missing = _State.name, _State.missing
     return Compilation(_done(missing), len(missing), name, _State.before) if name and missing else None
+
+
+def compiled_before() -> tuple[int, float]:
+    """Return how many kernels this process has waited for, whoever compiled them, and how long, s."""
+    return _State.before, _State.seconds
 
 
 def _done(stamps: frozenset[str]) -> int:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -37,8 +37,7 @@ from hcsearch.library.unit_search.unit_proofs import (
 )
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern, overlay
-
-UnitSearchProgress = Callable[[int, int, str], None]
+from hcsearch.system.work_steps import Progress
 
 
 @dataclass(frozen=True)
@@ -142,7 +141,7 @@ def find_units(
     copies: tuple[int, ...] = (2, 4),
     limits: UnitSearchLimits | None = None,
     strict: bool = True,
-    progress: UnitSearchProgress | None = None,
+    progress: Progress | None = None,
 ) -> ElementSearchResult:
     """Enumerate the arrangements of copies of an element, and test which unions are single-DoF units.
 
@@ -157,7 +156,7 @@ def search_elements(
     max_dof: int | None = None,
     copies: tuple[int, ...] = (2, 4),
     limits: UnitSearchLimits | None = None,
-    progress: UnitSearchProgress | None = None,
+    progress: Progress | None = None,
 ) -> Iterator[ElementSearchResult]:
     """Search elements in turn, skipping congruent and locked ones and open chains.
 
@@ -196,7 +195,7 @@ class _Search:
     element: Element
     limits: UnitSearchLimits
     strict: bool
-    progress: UnitSearchProgress | None
+    progress: Progress | None
     began: float = field(default_factory=time.monotonic)
 
     def run(self, copies: tuple[int, ...]) -> ElementSearchResult:

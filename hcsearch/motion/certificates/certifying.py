@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -38,13 +38,12 @@ from hcsearch.motion.planning.stretches import SAME_STATE_DISTANCE
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import components, sides_of
 from hcsearch.system.reading import read_binary_file
-from hcsearch.system.work_steps import work_step
+from hcsearch.system.work_steps import Progress, work_step
 
 DEFAULT_PROOF_BUDGET = 5
 """The default budget of the search for a proof."""
 MAX_PATH_SEEDS = 12
 """Number of paths that are tried until the checker proves one: some come closer to singular states than others."""
-ProofProgress = Callable[[int, int, str], None]
 CheckedClaim = tuple[dict[str, Any], str]
 """A claim, and its checker's statement of the proved fact."""
 CLAIM_CHECKERS = {"path": path_checker.checked, "lock": lock_checker.checked, "collision": collision_checker.checked}
@@ -87,7 +86,7 @@ def prove_pattern(
     name: str,
     margin: float | None,
     budget: int = DEFAULT_PROOF_BUDGET,
-    progress: ProofProgress | None = None,
+    progress: Progress | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Prove a path or a lock of a pattern that is no design, as `prove_folding`; name : of its file.
 

@@ -9,7 +9,6 @@ centre outwards an odd number of times.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +18,7 @@ from hcsearch.designs.grid import Array, Grid, LatticeIsometry, LatticePoint
 from hcsearch.kernels.circuits import frontier
 from hcsearch.search.enumeration.array_circuits import array_sweep, frontier_layers, sweep_ranks
 from hcsearch.search.enumeration.sweep import Sweep, plan_sweep
-
-CountProgress = Callable[[int, int, str], None]
+from hcsearch.system.work_steps import Progress
 
 
 @dataclass(frozen=True)
@@ -42,7 +40,7 @@ class ArrayCount:
     symmetry: int
 
 
-def count_array(array: Array, progress: CountProgress | None = None) -> ArrayCount:
+def count_array(array: Array, progress: Progress | None = None) -> ArrayCount:
     """Count the circuits of an array without listing them, in exact integers of any size.
 
     Parameters
@@ -90,7 +88,7 @@ def count_array(array: Array, progress: CountProgress | None = None) -> ArrayCou
     return ArrayCount(circuits, classes, len(symmetries))
 
 
-def count_cycles(sweep: Sweep | None, *, odd: bool = False, progress: CountProgress | None = None) -> int:
+def count_cycles(sweep: Sweep | None, *, odd: bool = False, progress: Progress | None = None) -> int:
     """Count the Hamiltonian cycles of a planned graph.
 
     odd : whether to count those with an odd number of marked edges, else those with an even one.
@@ -120,7 +118,7 @@ def _images(array: Array, symmetry: tuple[LatticeIsometry, LatticePoint]) -> lis
     return [index[x + dx, y + dy] for x, y in map(isometry, array.points)]
 
 
-def _count_mirrored(array: Array, image: list[int], progress: CountProgress | None) -> int:
+def _count_mirrored(array: Array, image: list[int], progress: Progress | None) -> int:
     """Count the circuits fixed by a reflection: cycles of one half and the axis, plus a vertex for the other half."""
     points = array.points
     axis = [i for i in range(array.n) if image[i] == i]
@@ -149,7 +147,7 @@ def _count_mirrored(array: Array, image: list[int], progress: CountProgress | No
     return count_cycles(plan_sweep(apex + 1, edges, ranks, forced=forced), progress=progress)
 
 
-def _count_rotated(array: Array, rotation: LatticeIsometry, image: list[int], progress: CountProgress | None) -> int:
+def _count_rotated(array: Array, rotation: LatticeIsometry, image: list[int], progress: Progress | None) -> int:
     """Count the circuits fixed by a rotation by 2 pi / m: cycles of the quotient graph that wind once round the centre.
 
     A circuit winds 0 or 1 times, so the parity of its crossings of a cut from the centre outwards decides.

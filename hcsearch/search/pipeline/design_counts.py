@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import random
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from hcsearch.search.enumeration import FoldedSearch, Search
 from hcsearch.search.pipeline.shards import SMALL_CIRCUIT_COUNT, TransferableTask, cached_search, run_shard
 from hcsearch.search.pipeline.workers import WorkerPool
 from hcsearch.search.stages.order import stage_keeping, stages_until
+from hcsearch.system.work_steps import Progress
 
 _SMALL_PAIRS = 2e9  # counted by one process in seconds
 _PROBE_PAIRS = 100_000_000  # of one part of a key
@@ -40,9 +40,7 @@ class _Task(TransferableTask):
         return result.passed, result.n_fixed
 
 
-def count_designs(
-    search: Search, keep: str, crew: WorkerPool, progress: Callable[[int, int, str], None] | None = None
-) -> DesignCount:
+def count_designs(search: Search, keep: str, crew: WorkerPool, progress: Progress | None = None) -> DesignCount:
     """Count the designs selected by `--keep`, exactly; half-chains are joined without listing circuits."""
     if isinstance(search, FoldedSearch):
         shards = search.counting_shards

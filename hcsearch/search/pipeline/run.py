@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from typing import Any
@@ -32,13 +32,20 @@ from hcsearch.search.pipeline.judging import (
     settling_tasks,
     unfinished_shards,
 )
-from hcsearch.search.pipeline.run_progress import AnnounceSentence, RunProgress, StageProgress
 from hcsearch.search.pipeline.shards import SMALL_CIRCUIT_COUNT, ShardJob, ShardOutput
 from hcsearch.search.pipeline.workers import WorkerPool
 from hcsearch.search.stages.order import STAGES, check_keep, stage_keeping, stage_numbers, stages_until
 from hcsearch.search.stages.stage import Stage
 from hcsearch.system.terminal import duration_text
-from hcsearch.system.work_steps import hearing_work
+from hcsearch.system.work_steps import (
+    Announcement,
+    Progress,
+    StageProgress,
+    hearing_work,
+    no_announcement,
+    no_progress,
+    part_of_progress,
+)
 
 SMALL_JUDGED_COUNT = 3_000  # circuits, where motions are searched for
 QUICK_CORE_SECONDS = 100.0  # core seconds below which threads suffice, since new processes first load kernels
@@ -47,16 +54,9 @@ _GROUPS = 25
 _MAX_WAITING = 200_000  # designs, of about 500 bytes
 _FIRST = stage_keeping("all").name
 _SHARD_SIZE = 10_000  # circuits, where a search cannot say how many it has
+_LISTED, _RELISTED, _JUDGED = 0.04, 0.05, 0.5  # shares of a run with verdicts; the last where undecided ones follow
 
 RunBatch = tuple[str, DesignBatch, tuple[StageResult, ...]]
-
-
-def _hidden(done: int, total: int, note: str, unit: str = "batch") -> None:
-    """Show no progress."""
-
-
-def _silent(sentence: str) -> None:
-    """Say nothing."""
 
 
 @dataclass(frozen=True)
@@ -191,18 +191,25 @@ class _Totals:
         """Describe the results up to a stage, for progress."""
         return f"{stage.name}, {self.passed.get(_FIRST, 0):,} circuits"
 
-    def funnel(self, plan: Plan, arrays: int) -> Funnel:
-        stages, lists = stages_until(plan.until), plan.search.lists
+    def funnel(self, plan: Plan, stages: Sequence[Stage], arrays: int) -> Funnel:
+        """Return the numbers of circuits that pass stages, which have run."""
+        lists = plan.search.lists
         # a search that lists only circuits that pass a stage has no counts for the stages before
         known = stages[list(STAGES.values()).index(stage_keeping(lists)) :]
         counts = {stage.funnel_column: self.passed.get(stage.name, 0) for stage in known if stage.funnel_column}
         return Funnel(fixed_circuits=self.n_fixed if lists == "all" else None, arrays=arrays, **counts)
 
 
-def run_dry(plan: Plan, progress: RunProgress | None = None, announce: AnnounceSentence = _silent) -> RunSummary:
+def run_dry(
+    plan: Plan,
+    progress: Progress = no_progress,
+    announce: Announcement = no_announcement,
+    listed: Callable[[Funnel], None] = lambda _: None,
+) -> RunSummary:
     """Run the stages without a database.
 
-    Memory grows with the number of distinct arrays, which are counted, and of candidates for a motion.
+    announce, listed : as of `run_into`. Memory grows with the number of distinct arrays, which are counted, and of
+    candidates for a motion.
     """
     totals = _Totals()
     arrays = _DistinctArrays()
@@ -211,7 +218,7 @@ def run_dry(plan: Plan, progress: RunProgress | None = None, announce: AnnounceS
         plan.search, plan.listing_stages, plan.keep, with_rows=False, with_candidates=bool(plan.scene_stages)
     )
     candidates: dict[str, StagedDesigns] = {}
-    show = progress or _hidden
+    show = _listing_progress(plan, progress)
     show(0, len(prefixes), last.name)
     for done, (prefix, output) in enumerate(plan.listing_crew.map_ordered(job, prefixes), 1):
         totals.add(output.results, fresh=True)
@@ -220,22 +227,28 @@ def run_dry(plan: Plan, progress: RunProgress | None = None, announce: AnnounceS
         if output.candidates is not None:
             candidates[prefix] = output.candidates
         show(done, len(prefixes), totals.note(last))
+    listed(totals.funnel(plan, plan.listing_stages, arrays.count))
     pending = [piece for prefix in candidates for piece in candidate_pieces(prefix, candidates[prefix])]
     undecided_count = 0
     reasons: dict[object, str] = {}
     trials: list[TrialAccuracy] = []
-    for verdict in _judged(plan, pending, show, announce):
+    for verdict in _judged(plan, pending, part_of_progress(progress, _LISTED, 1.0), announce):
         totals.add(verdict.results, fresh=True)
         undecided_count += verdict.verdicts.folding_status.count("undecided")
         reasons |= {(verdict.key, folding): reason for folding, reason in verdict.verdicts.undecided_reasons().items()}
         trials += verdict.verdicts.accuracies()
-    funnel, done = totals.funnel(plan, arrays.count), len(prefixes) + len(pending)
+    funnel, done = totals.funnel(plan, stages_until(plan.until), arrays.count), len(prefixes) + len(pending)
     undecided = undecided_count if plan.scene_stages else None
     return RunSummary(funnel, totals.seconds, done, 0, undecided, undecided_counts(reasons), accuracy_of_trials(trials))
 
 
+def _listing_progress(plan: Plan, show: Progress) -> Progress:
+    """Return the progress of the stages that do not depend on the scene: the whole run, or its beginning."""
+    return part_of_progress(show, 0.0, _LISTED, unit="batch") if plan.scene_stages else show
+
+
 def _judged(
-    plan: Plan, pieces_to_judge: list[CandidatePiece], show: RunProgress, announce: AnnounceSentence
+    plan: Plan, pieces_to_judge: list[CandidatePiece], show: Progress, announce: Announcement
 ) -> Iterator[JudgedPiece]:
     """Yield the verdicts on pieces, in order, by threads or processes; long work is announced."""
     if not pieces_to_judge:
@@ -255,7 +268,7 @@ def _judged(
 
 
 def _judged_by(
-    crew: WorkerPool, task: Judge | Settler, inputs: Sequence[Any], foldings: int, show: RunProgress, threads: int = 1
+    crew: WorkerPool, task: Judge | Settler, inputs: Sequence[Any], foldings: int, show: Progress, threads: int = 1
 ) -> Iterator[JudgedPiece]:
     """Yield the results of a task, in order, and show the stage at work and how many of all foldings are done in it."""
     progress, done = StageProgress(show, [stage.name for stage in task.stages], foldings), 0
@@ -291,11 +304,16 @@ def finished_shards(plan: Plan, location: str) -> set[str]:
 
 
 def run_into(
-    plan: Plan, database: store.Database, progress: RunProgress | None = None, announce: AnnounceSentence = _silent
+    plan: Plan,
+    database: store.Database,
+    progress: Progress = no_progress,
+    announce: Announcement = no_announcement,
+    listed: Callable[[Funnel], None] = lambda _: None,
 ) -> RunSummary:
     """Run the stages whose results are missing or outdated, one transaction per batch, and record the run.
 
-    announce : callback for a sentence that announces long work.
+    progress : of batches, or, where stages depend on the scene, of the share of the whole run. announce : called with
+    a sentence on long work. listed : called with the funnel of the stages that do not depend on the scene.
     """
     stages = stage_numbers(stages_until(plan.until))
     if plan.scene_stages:
@@ -316,14 +334,14 @@ def run_into(
         | {"keep": plan.keep, "scene": plan.scene.name, "budget": plan.budget, **asdict(plan.crew)},
         versions=_versions() | {f"stage {name}": str(number) for name, number in stages.items()},
     )
-    return _Run(plan, database, run_id, progress or _hidden, announce).run()
+    return _Run(plan, database, run_id, progress, announce).run(listed)
 
 
 class _Run:
     """The state of a run into a database."""
 
     def __init__(
-        self, plan: Plan, database: store.Database, run_id: int, show: RunProgress, announce: AnnounceSentence
+        self, plan: Plan, database: store.Database, run_id: int, show: Progress, announce: Announcement
     ) -> None:
         self.plan, self.database, self.run_id, self.show, self.announce = plan, database, run_id, show, announce
         self.totals = _Totals()
@@ -331,20 +349,20 @@ class _Run:
         self.candidates: dict[str, StagedDesigns] = {}
         self.done = self.reused = 0
 
-    def run(self) -> RunSummary:
+    def run(self, listed: Callable[[Funnel], None]) -> RunSummary:
         plan, totals = self.plan, self.totals
         self._list()
-        if plan.scene_stages:
-            self._judge()
         arrays = store.count_arrays(
             self.database, plan.listing_key, designs=totals.passed.get(stage_keeping(plan.keep).name, 0)
         )
+        listed(totals.funnel(plan, plan.listing_stages, arrays))
         undecided_count, not_decided, accuracy = None, {}, None
         if plan.scene_stages:
+            self._judge()
             undecided_count = len(store.undecided(self.database, plan.judging_key))
             not_decided = store.undecided_simulations(self.database, plan.judging_key)
             accuracy = store.simulation_accuracy(self.database, plan.judging_key)
-        funnel = totals.funnel(plan, arrays)
+        funnel = totals.funnel(plan, stages_until(plan.until), arrays)
         summary = RunSummary(funnel, totals.seconds, self.done, self.reused, undecided_count, not_decided, accuracy)
         store.finish_run(
             self.database, self.run_id, asdict(summary.funnel), summary.stage_times, self.done, self.reused
@@ -363,13 +381,14 @@ class _Run:
         job = ShardJob(
             plan.search, plan.listing_stages, plan.keep, with_rows=True, with_candidates=bool(plan.scene_stages)
         )
-        self.show(self.reused, len(self.prefixes), totals.note(last))
+        show = _listing_progress(plan, self.show)
+        show(self.reused, len(self.prefixes), totals.note(last))
         for batches in _grouped(self._listed(job, pending)):
             store.record_batches(self.database, self.run_id, plan.listing_key, batches)
             for _, _, results in batches:
                 totals.add(results, fresh=True)
             self.done += len(batches)
-            self.show(self.done + self.reused, len(self.prefixes), totals.note(last))
+            show(self.done + self.reused, len(self.prefixes), totals.note(last))
 
     def _listed(self, job: ShardJob, pending: list[str]) -> Iterator[tuple[str, ShardOutput]]:
         for prefix, output in self.plan.listing_crew.map_ordered(job, pending):
@@ -385,10 +404,11 @@ class _Run:
         # shards listed by an earlier run are listed again, since the database does not record the contents of a shard
         relisting = ShardJob(plan.search, plan.listing_stages, plan.keep, with_rows=False, with_candidates=True)
         unlisted = [prefix for prefix in unfinished_prefixes if prefix not in self.candidates]
+        show = part_of_progress(self.show, _LISTED, _RELISTED, unit="listed batch")
         for done, (prefix, output) in enumerate(plan.listing_crew.map_ordered(relisting, unlisted), 1):
             assert output.candidates is not None
             self.candidates[prefix] = output.candidates
-            self.show(done, len(unlisted), "of an earlier run", "listed batch")
+            show(done, len(unlisted), "of an earlier run")
         all_pieces = [
             piece for prefix in unfinished_prefixes for piece in candidate_pieces(prefix, self.candidates[prefix])
         ]
@@ -396,15 +416,16 @@ class _Run:
             totals.add(finished[key], fresh=False)
         self.reused += len(finished)
         pending = [piece for piece in all_pieces if piece.key not in finished]
-        for verdict in _judged(plan, pending, self.show, self.announce):
+        end = 1.0 if plan.budget is None else _JUDGED if pending else _RELISTED
+        for verdict in _judged(plan, pending, part_of_progress(self.show, _RELISTED, end), self.announce):
             store.record_verdicts(
                 self.database, self.run_id, plan.judging_key, verdict.key, verdict.verdicts, verdict.results
             )
             totals.add(verdict.results, fresh=True)
             self.done += 1
-        self._settle()
+        self._settle(part_of_progress(self.show, end, 1.0))
 
-    def _settle(self) -> None:
+    def _settle(self, show: Progress) -> None:
         """Continue the search for undecided foldings with less effort than the budget, design by design."""
         plan, totals = self.plan, self.totals
         if plan.budget is None:
@@ -414,7 +435,7 @@ class _Run:
             return
         foldings = sum(len(task.foldings) for task in pending)
         settler = Settler(plan.scene, plan.scene_stages, plan.budget)
-        for verdict in _judged_by(plan.crew, settler, pending, foldings, self.show):
+        for verdict in _judged_by(plan.crew, settler, pending, foldings, show):
             work = self.run_id, plan.judging_key, verdict.key
             totals.add(store.record_settled(self.database, *work, verdict.verdicts, verdict.results), fresh=True)
             self.done += 1

@@ -7,7 +7,7 @@ hinge: the one that has turned furthest on the path by then, at its angle at tha
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -43,6 +43,7 @@ from hcsearch.springs.drive.trajectory import (
 )
 from hcsearch.springs.dynamics.system import System
 from hcsearch.springs.dynamics.time_integration import Motion, joined_motion, simulate_system
+from hcsearch.system.work_steps import Progress
 
 DEPARTURE_ANGLE = 0.05
 """Turn (rad) from which on a hinge has left the packed state."""
@@ -120,7 +121,6 @@ SETTLING_TIME = 0.5
 """Simulated time after the end of the course (s)."""
 DRIVE_STAGES = ("motion", "driven hinges", "torques", "simulation")
 """Stages of the computation, in order."""
-DriveProgress = Callable[[int, int, str], None]
 TORQUE_TIME_COUNT, JUDGED_PLACE_COUNT = 1000, 600
 """Numbers of times at which torques are computed, and of places on the path at which driven hinges are evaluated."""
 
@@ -189,7 +189,7 @@ def drive_along(
     scene: Scene,
     motion: PlannedMotion,
     options: DriveOptions | None = None,
-    progress: DriveProgress | None = None,
+    progress: Progress | None = None,
 ) -> Drive:
     """Design and simulate the drive of a folding along a proved motion; HcsearchError for options that cannot be met.
 
@@ -211,7 +211,7 @@ def drive_linkage(
     scene: Scene,
     proved: ProvedPath,
     options: DriveOptions | None = None,
-    progress: DriveProgress | None = None,
+    progress: Progress | None = None,
 ) -> Drive:
     """Design and simulate the drive of a linkage along a proved path, as `drive_along`.
 

@@ -12,8 +12,8 @@ from hcsearch.springs.tuning.choice import SpringSet, spring_set_of, with_deploy
 from hcsearch.springs.tuning.evaluation import EvaluationMemory, Evaluator
 from hcsearch.springs.tuning.part_sets import damped_more
 from hcsearch.springs.tuning.robustness import robustness_of_sets
-from hcsearch.springs.tuning.spring_search import TuningProgress
 from hcsearch.springs.tuning.tuning_options import TuningOptions
+from hcsearch.system.work_steps import Progress
 
 DAMPING_FACTORS = (1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0, 10.0)
 """Multiples of the damping that are tried: preferred numbers, series R10 of ISO 3."""
@@ -59,7 +59,7 @@ def damped_springs(
     setup: Setup,
     options: TuningOptions,
     memory: EvaluationMemory | None,
-    progress: TuningProgress,
+    progress: Progress,
 ) -> DampedSprings | None:
     """Return the springs of the start with the least damping that is as unlikely to fail as that of other multiples.
 

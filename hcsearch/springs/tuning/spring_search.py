@@ -24,8 +24,7 @@ from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.tuning.evaluation import Evaluator
 from hcsearch.springs.tuning.part_sets import PartBounds
 from hcsearch.system.terminal import short_number
-
-TuningProgress = Callable[[int, int, str], None]
+from hcsearch.system.work_steps import Progress
 
 GENERATION_SIZE, MAX_GENERATIONS = 16, 40
 """Sets of a generation of CMA-ES, and generations until it restarts."""
@@ -79,7 +78,7 @@ class SpringSearch:
         tied: Sequence[tuple[int, ...]],
         budget: int,
         seed: int,
-        progress: TuningProgress,
+        progress: Progress,
         bounds: PartBounds,
     ) -> None:
         self.evaluator, self.tied, self.budget, self.seed, self.progress = evaluator, tied, budget, seed, progress

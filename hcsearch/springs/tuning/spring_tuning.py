@@ -25,7 +25,6 @@ from hcsearch.springs.tuning.evaluation import TUNING_STEP_TOLERANCES, Evaluatio
 from hcsearch.springs.tuning.part_sets import in_time, part_bounds, tied_parts
 from hcsearch.springs.tuning.spring_search import (
     SpringSearch,
-    TuningProgress,
     catalogue_levels,
     first_generation,
     springs_for,
@@ -33,6 +32,7 @@ from hcsearch.springs.tuning.spring_search import (
 )
 from hcsearch.springs.tuning.tuning_options import TuningOptions
 from hcsearch.system.figures import load_matplotlib
+from hcsearch.system.work_steps import Progress, no_progress
 
 NO_LABELS = Labels((), ())
 
@@ -204,7 +204,7 @@ def tune_springs(
     formulation: Formulation | None = None,
     *,
     memory: EvaluationMemory | None = None,
-    progress: TuningProgress | None = None,
+    progress: Progress | None = None,
 ) -> Tuning:
     """Choose the stiffness of each hinge in the scene's spring range, with dampers in proportion or chosen, too.
 
@@ -225,7 +225,7 @@ def tune_springs(
     load_matplotlib()  # cma loads it later, too, but not independently of a notebook's choice of windows
     tied, start = _start(setup, linkage)
     levels = catalogue_levels(options.catalogue, *reversed(setup.spring_range)) if options.catalogue else ()
-    given, show = setup, progress or _silent
+    given, show = setup, progress or no_progress
     parts, searched = start, tied
     if options.damper_range is not None:
         setup = _in_time_of(options.damper_range[1], setup, linkage)
@@ -305,10 +305,6 @@ def _remedy(softest_given: float, stiffest_given: float, softest: float) -> str:
     if softest_given < 0.0:
         return "give springs of 0 N m/rad or more, or none"
     return f"add --spring-range {min(softest, stiffest_given / 2.0):g},{stiffest_given:g}, or give softer springs"
-
-
-def _silent(done: int, total: int, note: str) -> None:
-    """Show nothing."""
 
 
 def _best_so_far(

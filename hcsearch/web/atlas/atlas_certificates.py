@@ -18,11 +18,11 @@ from hcsearch.designs.folding import Folding
 from hcsearch.motion.certificates.certifying import prove_folding
 from hcsearch.scenes import SCENES, panel_of
 from hcsearch.search.pipeline import WorkerPool
-from hcsearch.search.pipeline.run_progress import RunProgress
 from hcsearch.store import Database, rows_of_designs, select
 from hcsearch.system.archives import undated_entry
 from hcsearch.system.outputs import write_output
 from hcsearch.system.reading import read_text_file
+from hcsearch.system.work_steps import Progress
 
 _PROVED = ("path_proved", "kept_apart", "locked_at_end")
 """Evidence for a status that is a proof."""
@@ -72,17 +72,17 @@ def certified(notation: str) -> str:
     return json.dumps({"certificate": data, "sentences": sentences}, separators=(",", ":"))
 
 
-def make_certificates(proved: Sequence[ProvedFolding], kept: Path, workers: WorkerPool, progress: RunProgress) -> None:
+def make_certificates(proved: Sequence[ProvedFolding], kept: Path, workers: WorkerPool, progress: Progress) -> None:
     """Make the certificates of foldings that are not made yet. kept : the folder for them, which is made."""
     kept.mkdir(exist_ok=True)
     missing = [folding for folding in proved if not (kept / folding.file_name).is_file()]
     done = len(proved) - len(missing)
-    progress(done, len(proved), "none made yet" if not done else "made before", "folding")
+    progress(done, len(proved), "none made yet" if not done else "made before")
     notations = [folding.notation for folding in missing]
     results = workers.map_ordered(certified, notations, parcel_size=1)
     for count, (folding, (_, text)) in enumerate(zip(missing, results, strict=True), done + 1):
         write_output(kept / folding.file_name, text)
-        progress(count, len(proved), folding.notation, "folding")
+        progress(count, len(proved), folding.notation)
 
 
 def pack_certificates(proved: Sequence[ProvedFolding], kept: Path, path: Path) -> int:

@@ -8,9 +8,9 @@ from importlib.metadata import version
 from pathlib import Path
 
 from hcsearch.search.pipeline import WorkerPool
-from hcsearch.search.pipeline.run_progress import RunProgress
 from hcsearch.store import Database, count_rows, open_readonly, publish_database
 from hcsearch.system.outputs import write_output
+from hcsearch.system.work_steps import Progress
 from hcsearch.web.atlas.atlas_card import DATABASE_FILE, LICENCE_ADDRESS, card_text, citation, description_text
 from hcsearch.web.atlas.atlas_certificates import make_certificates, pack_certificates, proved_foldings
 from hcsearch.web.atlas.atlas_counts import atlas_counts, b_files, write_b_files
@@ -47,7 +47,7 @@ class Atlas:
 
 
 def write_atlas(
-    folder: AtlasFolder, source: Path, request: AtlasRequest, workers: WorkerPool, progress: RunProgress
+    folder: AtlasFolder, source: Path, request: AtlasRequest, workers: WorkerPool, progress: Progress
 ) -> None:
     """Make all files of an atlas and move them into its folder.
 
@@ -80,7 +80,7 @@ def _write_archives(
     draft: Path,
     request: AtlasRequest,
     workers: WorkerPool,
-    progress: RunProgress,
+    progress: Progress,
 ) -> tuple[int | None, list[str]]:
     """Write the archives of certificates; return the number of certificates and the paths, None before the proofs."""
     if not request.has_run("motion"):
