@@ -18,6 +18,7 @@ from hcsearch.motion.locks.enclosures import rings_of
 from hcsearch.motion.locks.regions import Region
 from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, PathProof, Prover
 from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.searching import Budget
 from hcsearch.shape.linkage import Linkage
 from tests.naive import around_the_loop
 
@@ -58,7 +59,7 @@ def planned(name: str) -> Planned:
     """The path of a sample."""
     way, margin = SAMPLES[name]
     linkage = joined(name, way)
-    states = Planner(linkage, margin).plan(100).states
+    states = Planner(linkage, margin).plan(Budget(100)).states
     assert states is not None
     return Planned(linkage, states, Prover(linkage).prove(states, CERTIFIED_MARGINS))
 

@@ -59,6 +59,7 @@ from hcsearch.motion.collision.shrunk_plates import plates_of
 from hcsearch.motion.locks.enclosures import enclose_ends
 from hcsearch.motion.planning.motion_search import plan_motion
 from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.searching import Budget
 from hcsearch.scenes import SCENES
 from hcsearch.search.enumeration import Search
 from hcsearch.springs.deployment.compiled_scene import compile_scene
@@ -106,7 +107,7 @@ def _plan() -> None:
 
 def _search_on() -> None:
     linkage = Folding.from_notation(_MOVABLE).linkage()
-    Planner(linkage, 1e-4).plan(2, roots=2)
+    Planner(linkage, 1e-4).plan(Budget(2), roots=2)
     enclose_ends(linkage, 10)
     enclose_ends(linkage, 10, plates_of(linkage, 1e-4))
 

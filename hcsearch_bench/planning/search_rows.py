@@ -14,6 +14,7 @@ from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.collision.panel_prisms import margin_of
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.searching import Budget
 from hcsearch_bench.peers import ompl_search
 from hcsearch_bench.run.timing import Stopwatch
 from hcsearch_bench.run.work_precision import OURS, UnableError
@@ -49,7 +50,7 @@ def ours(planner: Planner, seed: int, limit: float) -> tuple[Reals | None, float
     watch, again = Stopwatch(), 0
     while watch.cpu < limit:
         with watch:
-            plan = planner.plan(ROUNDS, 100 * seed + again)
+            plan = planner.plan(Budget(ROUNDS, seed=100 * seed + again))
         if plan.states is not None:
             return plan.states, watch.cpu
         again += 1
@@ -65,7 +66,7 @@ def search_rows(subject: JoinedFolding, searches: int, limit: float) -> Iterator
     folding = Folding.from_notation(name)
     linkage = folding.linkage(default_panel(folding.circuit.grid.name), flat_pairs=way)
     planner, prover = Planner(linkage, margin_of(linkage)), Prover(linkage)
-    planner.plan(1)  # compiled
+    planner.plan(Budget(1))  # compiled
     for engine, search in ENGINES.items():
         try:
             results = [search(planner, seed, limit) for seed in range(searches)]

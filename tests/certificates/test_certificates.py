@@ -33,6 +33,7 @@ from hcsearch.motion.certificates.certificate_grammar import NotProvedError, che
 from hcsearch.motion.certificates.certifying import CertificateError, prove_folding, verify_certificate
 from hcsearch.motion.locks.enclosures import Enclosure
 from hcsearch.motion.planning.motion_search import plan_motion
+from hcsearch.motion.searching import Budget
 from hcsearch.scenes import SCENES
 from tests.planned import joined, region_of
 from tests.strategies import writings
@@ -89,8 +90,8 @@ def test_what_is_proved_is_proved_by_the_checkers(name):
 def test_boxes_of_a_region_are_proved_by_the_checker(name):
     linkage = joined(name, "hinged")
     region = region_of(linkage, 1, 3000, climbs=300)
-    assert region.advance(20_000)
-    lock = Enclosure("flat", region.cubes, region.faces, region.boxes, False, None, *region.bounds)
+    assert region.run(Budget(20_000))
+    lock = Enclosure("flat", region.cubes, region.faces, region.efforts, False, None, *region.bounds)
     sentence = lock_checker.checked(json.loads(json.dumps(lock_claim(linkage, lock))))
     assert sentence.startswith(f"no motion leads from flat to packed, or leaves {region.cubes} boxes of fold angles: ")
     assert region.cubes > 5

@@ -46,6 +46,7 @@ from hcsearch.motion.locks.enclosures import Enclosure, enclose_ends, rings_of
 from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.locks.floods import expected_cube_counts, flood_grid
 from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.searching import Budget
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
 from tests.locks.refuting import refute_box
@@ -267,9 +268,9 @@ def test_a_flood_whose_expected_boxes_grow_is_expected_to_grow_on(monkeypatch):
     flood = floods.floods_from(rings, (linkage.folded[hinges], linkage.flat[hinges]), lambda: new_refutation(rings))[0]
     assert flood.boxes_expected == math.inf
     monkeypatch.setattr(floods, "SETTLED_FLOOD_BOXES", 4_000)
-    flood.advance(5_000)
+    flood.run(Budget(5_000))
     flood.cubes_expected = float(flood.cubes)
-    flood.advance(10_000)
+    flood.run(Budget(10_000))
     assert flood.progress_at_doubling[0] == 5_000
     naive = (
         3.0 * 10_000 * max(flood.cubes, flood.cubes**2 / (3.0 * flood.cubes_expected)) / flood.flood.counts[COUNT_HEAD]
@@ -380,7 +381,7 @@ def test_a_lock_is_left_by_no_search_from_any_position_at_any_thickness(name, wa
         assert len(positions) >= 4
         for own in positions[:: len(positions) // 4][:4]:
             linkage = own.linkage(panel, flat_pairs=way)
-            assert Planner(linkage, margin_of(linkage), collide=False).plan(150).states is None
+            assert Planner(linkage, margin_of(linkage), collide=False).plan(Budget(150)).states is None
 
 
 def like(own, folding, panel):

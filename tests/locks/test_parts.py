@@ -7,6 +7,7 @@ from hcsearch.kernels.enclosure.refutation import new_refutation, reaches_closed
 from hcsearch.kernels.enclosure.wandering import MAX_GOAL_STEP, approach_goal
 from hcsearch.motion.locks.boxes import whole_box
 from hcsearch.motion.locks.partition import ARRIVED_DISTANCE, StateParts
+from hcsearch.motion.searching import Budget
 from tests.locks.test_regions import held, open_by_states
 from tests.planned import joined, region_of, walks_of
 
@@ -53,7 +54,7 @@ def test_states_are_added_to_the_part_to_which_steps_lead():
 def test_a_state_is_not_of_the_part_of_its_nearest_state_if_no_steps_lead_there(name):
     linkage = joined(name, "hinged")
     region = region_of(linkage, 0, 5_000)
-    assert region.advance(100_000)
+    assert region.run(Budget(100_000))
     rings, walks = walks_of(linkage, 5_000)
     own, others = walks[0][::500], walks[1][::500]
     rng, box, work, misled = np.random.default_rng(1), whole_box(rings.hinge_count), new_refutation(rings), []

@@ -11,6 +11,7 @@ from hcsearch.motion.locks import partition, regions
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, BoxFace, box_faces, states_in
 from hcsearch.motion.locks.enclosures import rings_of
 from hcsearch.motion.locks.regions import Region
+from hcsearch.motion.searching import Budget
 from tests.locks.refuting import refute_box
 from tests.planned import SAMPLES, joined, open_by, planned, region_of, walks_of
 
@@ -41,7 +42,7 @@ LEFT = [
 def test_a_region_is_left_by_no_walk(name, side):
     linkage = joined(name, "hinged")
     region = region_of(linkage, side)
-    assert region.advance(200_000)
+    assert region.run(Budget(200_000))
     rings, walks = walks_of(linkage, 60_000)
     assert held(region, walks[side][::7]).all()
     assert not held(region, walks[1 - side][::7]).any()
@@ -53,7 +54,7 @@ def test_a_region_is_left_by_no_walk(name, side):
 
 def test_some_regions_consist_of_several_boxes():
     region = region_of(joined("hex:0223335500:4", "hinged"), 1)
-    assert region.advance(20_000)
+    assert region.run(Budget(20_000))
     assert region.cubes > 1
     low, high = region.bounds
     assert (low < high).all()
@@ -62,7 +63,7 @@ def test_some_regions_consist_of_several_boxes():
 @pytest.mark.parametrize("name", sorted(SAMPLES))
 def test_no_region_holds_an_end_alone_of_what_moves(name):
     for side in (0, 1):
-        assert not region_of(planned(name).linkage, side, 5_000).advance(20_000)
+        assert not region_of(planned(name).linkage, side, 5_000).run(Budget(20_000))
 
 
 def test_a_region_is_laid_anew_around_what_is_met_on_its_faces(monkeypatch):
@@ -71,7 +72,7 @@ def test_a_region_is_laid_anew_around_what_is_met_on_its_faces(monkeypatch):
     region, met = region_of(linkage, 0, 100, climbs=0), []
     take_in = Region._take_in
     monkeypatch.setattr(Region, "_take_in", lambda own, state, face: (met.append(state), take_in(own, state, face)))
-    assert region.advance(200_000)
+    assert region.run(Budget(200_000))
     assert met
     assert open_by_states(linkage, np.array(met)).max() < 1e-6
     _, walks = walks_of(linkage, 60_000)
@@ -93,13 +94,13 @@ def test_a_region_does_not_hang_on_how_often_it_is_interrupted(name, side, many,
     monkeypatch.setattr(regions, "MAX_NESTED_MET_STATES", many)
     linkage = joined(name, "hinged")
     whole, parts = (region_of(linkage, side, steps, climbs=steps // 20) for _ in range(2))
-    assert whole.advance(10**6)
+    assert whole.run(Budget(10**6))
     calls = 1
-    while not parts.advance(parts.boxes + 100):
+    while not parts.run(Budget(parts.efforts + 100)):
         calls += 1
         assert calls < 10_000
     assert calls > 10
-    assert parts.boxes == whole.boxes
+    assert parts.efforts == whole.efforts
     assert np.array_equal(parts.bounds, whole.bounds)
 
 
@@ -128,7 +129,7 @@ def test_climbs_stay_within_their_box():
 def test_the_number_of_boxes_is_estimated():
     linkage = joined("hex:0223445511:4", "hinged")
     region = region_of(linkage, 0)
-    assert region.advance(20_000)
+    assert region.run(Budget(20_000))
     rings, work = region.rings, new_refutation(region.rings)
     ratios = []
     for face in box_faces(boxes_of(region), MAX_BOX_ANGLE):
@@ -164,7 +165,7 @@ def test_cuts_enclose_an_end_too(name, side, anew, at_once, monkeypatch):
     region, met = region_of(linkage, side, 1_000, climbs=100 if anew > 1 else 0), []
     take_in = Region._take_in
     monkeypatch.setattr(Region, "_take_in", lambda own, state, face: (met.append(state), take_in(own, state, face)))
-    assert region.advance(600_000)
+    assert region.run(Budget(600_000))
     assert met
     rings, walks = walks_of(linkage, 60_000)
     assert held(region, walks[side][::7]).all()
@@ -177,7 +178,7 @@ def test_cuts_follow_where_no_boxes_within_boxes_leave_out_the_other_end(monkeyp
     tried = []
     monkeypatch.setattr(regions, "region_around", lambda own, others, reach: tried.append((own, others)))
     region = region_of(joined("hex:0233545012:2", "hinged"), 0, 1_000, climbs=100)
-    assert region.advance(200_000)
+    assert region.run(Budget(200_000))
     assert len(tried) == 1
     assert held(region, tried[0][0]).all()
 
@@ -185,7 +186,7 @@ def test_cuts_follow_where_no_boxes_within_boxes_leave_out_the_other_end(monkeyp
 def test_what_a_region_is_expected_to_take_is_known_after_a_state_is_met_in_its_search():
     region = region_of(joined("hex:0233545012:2", "hinged"), 0, 3_000)
     while not region.faces:
-        region.advance(region.boxes + 100)
+        region.run(Budget(region.efforts + 100))
     before = region.boxes_expected
     region._take_in(region._parts.states[0][0].copy(), region._searched.face)
     region._lay_out()

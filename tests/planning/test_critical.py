@@ -14,6 +14,7 @@ from hcsearch.motion.planning.critical import (
 )
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.searching import Budget
 from tests.planned import joined
 
 TRIALS = {
@@ -62,7 +63,7 @@ def test_what_is_said_of_margins_is_what_the_search_comes_to():
 
     def paths(margin):
         planner = Planner(linkage, margin)
-        plans = [planner.plan(100, seed, roots=2).states for seed in range(2)]
+        plans = [planner.plan(Budget(100, seed=seed), roots=2).states for seed in range(2)]
         return [states for states in plans if states is not None]
 
     assert not paths(found.greatest_unmet)

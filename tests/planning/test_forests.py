@@ -11,6 +11,7 @@ from hcsearch.kernels.planning.tree_search import add_state, new_tree
 from hcsearch.motion.collision.panel_prisms import prisms_of
 from hcsearch.motion.planning.planner import Forest, Planner, TreeConnection, _between, forest_roots
 from hcsearch.motion.planning.problems import space_of
+from hcsearch.motion.searching import Budget
 from tests.planned import joined, open_by
 
 BY_JUNCTIONS = "square:012123230301:0"
@@ -20,8 +21,8 @@ BY_JUNCTIONS = "square:012123230301:0"
 def test_junctions_give_a_path_that_two_trees_do_not_find():
     linkage = joined(BY_JUNCTIONS, "hinged")
     planner = Planner(linkage, 1e-4)
-    assert all(planner.plan(100, seed).states is None for seed in range(3))
-    plan = planner.plan(300, 100, roots=6)
+    assert all(planner.plan(Budget(100, seed=seed)).states is None for seed in range(3))
+    plan = planner.plan(Budget(300, seed=100), roots=6)
     assert plan.states is not None
     assert plan.growth.roots > 0
     states = plan.states
@@ -36,10 +37,10 @@ def test_junctions_give_a_path_that_two_trees_do_not_find():
 
 def test_the_same_seed_gives_the_same_path_through_junctions():
     linkage = joined(BY_JUNCTIONS, "hinged")
-    one = Planner(linkage, 1e-4).plan(300, 100, roots=6)
+    one = Planner(linkage, 1e-4).plan(Budget(300, seed=100), roots=6)
     planner = Planner(linkage, 1e-4)
-    planner.plan(50, 4, roots=3)
-    two = planner.plan(300, 100, roots=6)
+    planner.plan(Budget(50, seed=4), roots=3)
+    two = planner.plan(Budget(300, seed=100), roots=6)
     assert (one.states == two.states).all()
     assert one.growth == two.growth
 
@@ -47,7 +48,7 @@ def test_the_same_seed_gives_the_same_path_through_junctions():
 @pytest.mark.parametrize("collide", [True, False])
 def test_clouds_are_closed_states_of_both_ends(collide):
     linkage = joined("hex:0232335050:2", "hinged")
-    plan = Planner(linkage, 1e-4, collide=collide).plan(100, 1, roots=4)
+    plan = Planner(linkage, 1e-4, collide=collide).plan(Budget(100, seed=1), roots=4)
     assert plan.states is None
     assert tuple(map(len, plan.clouds)) == plan.growth.sizes
     for cloud, end in zip(plan.clouds, (linkage.folded, linkage.flat), strict=True):
@@ -62,8 +63,8 @@ def test_panels_that_pass_through_each_other_join_what_contacts_keep_apart():
     """The first is blocked by contacts alone, the second by its loops and stops."""
     for name, joins in (("hex:0233435001:3", True), ("hex:0232335050:2", False)):
         linkage = joined(name, "hinged")
-        assert (Planner(linkage, 1e-4, collide=False).plan(300).states is not None) == joins
-        assert Planner(linkage, 1e-4).plan(100).states is None
+        assert (Planner(linkage, 1e-4, collide=False).plan(Budget(300)).states is not None) == joins
+        assert Planner(linkage, 1e-4).plan(Budget(100)).states is None
         assert len(space_of(linkage, 1e-4, collide=False).pairs) == 0
 
 

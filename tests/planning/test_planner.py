@@ -22,6 +22,7 @@ from hcsearch.motion.locks.end_locks import lock_at
 from hcsearch.motion.planning.motion_search import plan_motion, reason_of
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.problems import kept_apart, space_of
+from hcsearch.motion.searching import Budget
 from tests.planned import SAMPLES, joined, open_by, planned
 from tests.strategies import words
 
@@ -47,12 +48,13 @@ def test_a_path_is_made_of_closed_states_with_panels_apart(name):
 
 def test_the_same_seed_gives_the_same_path():
     linkage = joined("square:012233230011:4", "rigid")
-    one, two = (Planner(linkage, 1e-5).plan(100, seed) for seed in (3, 3))
+    one, two = (Planner(linkage, 1e-5).plan(Budget(100, seed=seed)) for seed in (3, 3))
     assert (one.states == two.states).all()
     assert one.growth == two.growth
     again = Planner(linkage, 1e-5)
-    again.plan(60, 8)
-    assert (again.plan(100, 3).states == one.states).all()  # what was searched before leaves nothing behind
+    again.plan(Budget(60, seed=8))
+    # what was searched before leaves nothing behind
+    assert (again.plan(Budget(100, seed=3)).states == one.states).all()
 
 
 def test_the_same_folding_gives_the_same_motion():
@@ -81,13 +83,13 @@ def test_a_margin_that_leaves_nothing_of_a_panel_is_refused():
 
 def test_a_search_can_be_interrupted():
     planner = Planner(joined("hex:02234400:1", "rigid"), 1e-5)
-    planner.plan(50)  # compiled
+    planner.plan(Budget(50))  # compiled
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, 0.3)
     begin = time.process_time()
     try:
         with pytest.raises(KeyboardInterrupt):
-            planner.plan(10**9)
+            planner.plan(Budget(10**9))
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
@@ -123,7 +125,7 @@ def planners():
 @given(st.integers(0, 10**6), st.integers(0, 10**6))
 def test_twisted_and_locked_foldings_get_no_path(number, seed):
     what, planner = planners()[number % len(planners())]
-    assert planner.plan(60, seed).states is None, (what, seed)
+    assert planner.plan(Budget(60, seed=seed)).states is None, (what, seed)
 
 
 @pytest.mark.slow
@@ -134,15 +136,15 @@ def test_ten_thousand_tries_of_twisted_and_locked_foldings_get_no_path():
     for _ in range(10_000):
         what, planner = every[rng.integers(len(every))]
         seed = int(rng.integers(10**6))
-        assert planner.plan(2, seed).states is None, (what, seed)
+        assert planner.plan(Budget(2, seed=seed)).states is None, (what, seed)
 
 
 def test_a_search_without_a_path_says_which_trees_stopped_growing():
     """The tree from the packed state of the first is closed off by its panels; both of the second go on growing."""
     linkage = joined("hex:022444551022:4", "rigid")
-    growth = Planner(linkage, 1e-5).plan(40).growth
+    growth = Planner(linkage, 1e-5).plan(Budget(40)).growth
     assert growth.closed_off == (True, False)
     assert growth.rounds == 40
-    growth = Planner(joined("hex:022243445001:5", "hinged"), 1e-4).plan(60, 1).growth
+    growth = Planner(joined("hex:022243445001:5", "hinged"), 1e-4).plan(Budget(60, seed=1)).growth
     assert growth.closed_off == (False, False)
     assert 0 < min(growth.late) <= max(growth.late) < 1

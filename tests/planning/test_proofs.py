@@ -17,6 +17,7 @@ from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, Prover, _bey
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.problems import group_of_all, loops_of
 from hcsearch.motion.planning.stretches import MAX_STRETCH_HALVINGS
+from hcsearch.motion.searching import Budget
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
 from tests.planned import SAMPLES, Planned, along, cubic, joined, open_by, planned
@@ -165,7 +166,7 @@ def test_a_tube_through_an_open_state_is_refused(name, place, far, seed):
 
 def test_a_path_through_a_panel_is_not_clear():
     linkage = joined("hex:02234400:1", "hinged")
-    states = planner_without_pairs(linkage).plan(100).states
+    states = planner_without_pairs(linkage).plan(Budget(100)).states
     proof = Prover(linkage).prove(states, CERTIFIED_MARGINS)
     assert proof.margin is None
     assert proof.closed  # as a linkage without panels may move
@@ -222,7 +223,7 @@ def test_a_chain_without_a_loop_has_only_panels_to_keep_apart():
     )
     linkage = Linkage(Pattern.from_polygons(facets, {(0, 1): Crease("top"), (1, 2): Crease("bottom")}, 0.004))
     assert not linkage.loops
-    states = Planner(linkage, 1e-5).plan(100).states
+    states = Planner(linkage, 1e-5).plan(Budget(100)).states
     proof = Prover(linkage).prove(states, CERTIFIED_MARGINS)
     assert proof.margin is not None
     assert proof.slack == 0
@@ -234,7 +235,7 @@ def test_a_proof_along_singular_states_is_given_up_soon():
     linkage = joined("square:0112223300:0", "hinged")
     begin = time.process_time()
     for seed in range(2):
-        states = Planner(linkage, 1e-5).plan(40, seed).states
+        states = Planner(linkage, 1e-5).plan(Budget(40, seed=seed)).states
         assert states is not None
         assert Prover(linkage).prove(states, CERTIFIED_MARGINS).margin is None
     assert time.process_time() - begin < 20

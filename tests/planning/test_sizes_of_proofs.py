@@ -10,6 +10,7 @@ from hcsearch.motion.collision.panel_prisms import margin_of
 from hcsearch.motion.planning.motion_search import plan_motion
 from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, Prover
 from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.searching import Budget
 
 
 def comb(width, height):
@@ -31,7 +32,7 @@ def comb(width, height):
 def test_combs_are_proved(width, height):
     folding = next(own for own in foldings(comb(width, height)) if not twist(own))
     linkage = folding.linkage(default_panel("square"), flat_pairs="hinged")
-    states = Planner(linkage, CERTIFIED_MARGINS[0]).plan(60).states
+    states = Planner(linkage, CERTIFIED_MARGINS[0]).plan(Budget(60)).states
     proof = Prover(linkage).prove(states, CERTIFIED_MARGINS)
     assert proof.margin is not None
     assert proof.margin <= CERTIFIED_MARGINS[-1]

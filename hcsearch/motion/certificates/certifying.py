@@ -35,6 +35,7 @@ from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.problems import group_of, loops_of
 from hcsearch.motion.planning.schedule import LOOSE_SEARCH_ROUNDS
 from hcsearch.motion.planning.stretches import SAME_STATE_DISTANCE
+from hcsearch.motion.searching import Budget
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import components, sides_of
 from hcsearch.system.reading import read_binary_file
@@ -198,7 +199,7 @@ def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Itera
     yield motion.states
     planner = Planner(linkage, margin)
     for seed in range(1, MAX_PATH_SEEDS):
-        states = planner.plan(LOOSE_SEARCH_ROUNDS, seed).states
+        states = planner.plan(Budget(LOOSE_SEARCH_ROUNDS, seed=seed)).states
         if states is not None:
             yield states
 

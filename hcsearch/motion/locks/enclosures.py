@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
@@ -21,8 +20,9 @@ from hcsearch.kernels.enclosure.plates import Plates
 from hcsearch.kernels.enclosure.refutation import Refutation, new_refutation, refutation_with
 from hcsearch.kernels.enclosure.wandering import climb_angles, random_walk
 from hcsearch.motion.locks.boxes import whole_box
-from hcsearch.motion.locks.floods import expected_cube_counts, floods_from
+from hcsearch.motion.locks.floods import CubeFlood, expected_cube_counts, floods_from
 from hcsearch.motion.locks.regions import Region
+from hcsearch.motion.searching import Budget, SteppedSearch
 from hcsearch.shape.linkage import Linkage
 
 FIRST_TURN_BOXES = 2500
@@ -76,25 +76,6 @@ class Enclosure(ByValue):
         return self.end is not None
 
 
-class _Contender(Protocol):
-    """A candidate enclosure of an end: a flood, or a region of few boxes."""
-
-    side: int
-    active: bool
-
-    @property
-    def boxes(self) -> int: ...
-    @property
-    def cubes(self) -> int: ...
-    @property
-    def faces(self) -> int: ...
-    @property
-    def boxes_expected(self) -> float: ...
-    @property
-    def bounds(self) -> tuple[Reals, Reals]: ...
-    def advance(self, boxes: int) -> bool: ...
-
-
 def enclose_ends(linkage: Linkage, boxes: int, plates: Plates | None = None) -> Enclosure:
     """Search for a proof that closed loops and stops separate the packed and the flat state of a linkage.
 
@@ -108,24 +89,15 @@ def enclose_ends(linkage: Linkage, boxes: int, plates: Plates | None = None) -> 
     if not linkage.loops:
         return Enclosure(None, 0, 0, 0, unfinished=False)
     rings, hinges = rings_of(linkage)
-    contest = _Contest(rings, (linkage.folded[hinges], linkage.flat[hinges]), plates)
-    while contest.boxes < boxes:
-        if contest.is_due:
-            if not contest.walk(boxes):
-                break
-        elif not contest.active:
-            return contest.summary(unfinished=False)
-        elif (proof := contest.next_turn(boxes)) is not None:
-            lows, highs = proof.bounds
-            margin = None if plates is None else plates.margin
-            return Enclosure(
-                MOTION_ENDS[proof.side], proof.cubes, proof.faces, contest.boxes, False, margin, lows=lows, highs=highs
-            )
-    return contest.summary(unfinished=True)
+    return _Contest(rings, (linkage.folded[hinges], linkage.flat[hinges]), plates).run(Budget(boxes))
 
 
-class _Contest:
-    """The contenders for an enclosure of one of the ends, and the order of their turns."""
+_Contender = CubeFlood | Region
+"""A candidate enclosure of an end."""
+
+
+class _Contest(SteppedSearch[Enclosure]):
+    """The contenders for an enclosure of one of the ends, and the order of their turns; its efforts are boxes."""
 
     def __init__(self, rings: HingeRings, ends: tuple[Reals, Reals], plates: Plates | None) -> None:
         self.rings, self.ends, self.plates = rings, ends, plates
@@ -133,6 +105,8 @@ class _Contest:
         self.floods = floods_from(rings, ends, self._tables)
         self.regions: list[Region] = []
         self._walks_made, self._walk_steps = 0, 0
+        self._proof: _Contender | None = None
+        self._ends_here = False  # the next walk would take more than the budget
 
     def _tables(self) -> Refutation:
         return new_refutation(self.rings) if self.plates is None else refutation_with(self.rings, self.plates)
@@ -143,28 +117,52 @@ class _Contest:
         return [*self.floods, *self.regions]
 
     @property
-    def boxes(self) -> int:
+    def efforts(self) -> int:
         """Number of boxes of all contenders plus steps of walks, which take about as long."""
-        return self._walk_steps + sum(contender.boxes for contender in self.contenders)
+        return self._walk_steps + sum(contender.efforts for contender in self.contenders)
 
     @property
     def active(self) -> list[_Contender]:
         """The contenders that have not ended."""
-        return [contender for contender in self.contenders if contender.active]
+        return [contender for contender in self.contenders if not contender.done]
 
     @property
     def is_due(self) -> bool:
         """Whether walks are due: after enough boxes, or at once where no contender is active and regions may help."""
         if self._walks_made == len(WALK_SCHEDULE):
             return False
-        return self.boxes >= WALK_SCHEDULE[self._walks_made][1] or (self.plates is None and not self.active)
+        return self.efforts >= WALK_SCHEDULE[self._walks_made][1] or (self.plates is None and not self.active)
 
-    def walk(self, boxes: int) -> bool:
-        """Make and use the walks that are due, within a total number of boxes; return whether that allowed them."""
-        sides = [side for side in (0, 1) if not any(region.active for region in self.regions if region.side == side)]
+    @property
+    def done(self) -> bool:
+        """Whether an end is enclosed, or nothing remains that may enclose one."""
+        return self._proof is not None or self._ends_here or not (self.is_due or self.active)
+
+    def step(self, budget: Budget) -> None:
+        """Make the walks that are due, or advance one contender."""
+        if self.is_due:
+            self._walk(budget)
+        else:
+            self._advance(budget)
+
+    @property
+    def result(self) -> Enclosure:
+        """The proof, or the efforts of all contenders where none has enclosed its end."""
+        proof = self._proof
+        if proof is None:
+            cubes, faces = (sum(getattr(one, name) for one in self.contenders) for name in ("cubes", "faces"))
+            return Enclosure(None, cubes, faces, self.efforts, unfinished=self._ends_here or not self.done)
+        (lows, highs), margin = proof.bounds, None if self.plates is None else self.plates.margin
+        found = MOTION_ENDS[proof.side], proof.cubes, proof.faces, self.efforts
+        return Enclosure(*found, False, margin, lows=lows, highs=highs)
+
+    def _walk(self, budget: Budget) -> None:
+        """Make and use the walks that are due, where the budget allows them."""
+        sides = [side for side in (0, 1) if all(region.done for region in self.regions if region.side == side)]
         steps, seed = WALK_SCHEDULE[self._walks_made][0], FIRST_WALK_SEED + self._walks_made
-        if sides and self.boxes + len(self.ends) * steps > boxes:
-            return False
+        if sides and self.efforts + len(self.ends) * steps > budget.efforts:
+            self._ends_here = True
+            return
         self._walks_made += 1
         if sides:
             walks = [random_walk(self.rings, end, steps, seed, self.walk_tables) for end in self.ends]
@@ -174,7 +172,6 @@ class _Contest:
                 flood.cubes_expected = expected[flood.side][flood.level]
             if self.plates is None:  # with panels, regions led to no proof
                 self._lay_around(walks, sides, seed)
-        return True
 
     def _lay_around(self, walks: list[Reals], sides: list[int], seed: int) -> None:
         """Lay regions around walks from either end."""
@@ -184,25 +181,21 @@ class _Contest:
             ends = climbed[side], climbed[1 - side]
             self.regions.append(Region(self.rings, side, *ends, seed, self._tables(), self._tables()))
 
-    def next_turn(self, boxes: int) -> _Contender | None:
-        """Advance one contender, within a total number of boxes; return it if it has enclosed its end."""
-        spent, active = self.boxes, self.active
+    def _advance(self, budget: Budget) -> None:
+        """Advance one contender."""
+        active = self.active
         first = min(active, key=lambda contender: contender.boxes_expected)
-        chosen = min(active, key=lambda own: max(own.boxes, FIRST_TURN_BOXES) * (1 if own is first else _weight(own)))
-        ended = chosen.advance(chosen.boxes + min(max(FIRST_TURN_BOXES, chosen.boxes), boxes - spent))
-        return chosen if ended else None
-
-    def summary(self, *, unfinished: bool) -> Enclosure:
-        """The result of all contenders where none has enclosed its end."""
-        cubes, faces = (sum(getattr(contender, name) for contender in self.contenders) for name in ("cubes", "faces"))
-        return Enclosure(None, cubes, faces, self.boxes, unfinished)
+        chosen = min(active, key=lambda own: max(own.efforts, FIRST_TURN_BOXES) * (1 if own is first else _weight(own)))
+        turn = min(max(FIRST_TURN_BOXES, chosen.efforts), int(budget.efforts) - self.efforts)
+        if chosen.run(Budget(chosen.efforts + turn)):
+            self._proof = chosen
 
 
 def _weight(contender: _Contender) -> int:
     """Weight of the boxes of a contender that is not expected to end first; 1 early on, before there is an estimate."""
     if math.isfinite(contender.boxes_expected):
         return TRAILING_BOX_WEIGHT
-    return 1 if contender.boxes < UNSETTLED_BOXES else UNSETTLED_BOX_WEIGHT
+    return 1 if contender.efforts < UNSETTLED_BOXES else UNSETTLED_BOX_WEIGHT
 
 
 def rings_of(linkage: Linkage) -> tuple[HingeRings, WholeNumbers]:

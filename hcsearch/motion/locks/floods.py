@@ -22,6 +22,7 @@ from hcsearch.kernels.enclosure.flooding import (
 )
 from hcsearch.kernels.enclosure.refutation import Refutation
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE
+from hcsearch.motion.searching import UNBOUNDED, Budget, SteppedSearch
 
 FLOOD_GRID_ANGLES = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4)
 """Grid angles of cubes from either stop (rad), of coarse and of fine floods: narrow cubes hold hinges that hardly leave
@@ -39,10 +40,12 @@ BOXES_PER_KERNEL_CALL = 10_000
 
 
 @dataclass(eq=False)
-class CubeFlood:
+class CubeFlood(SteppedSearch[bool]):
     """A flood from an end (side 0 packed, 1 flat), coarse or fine (level), which is allocated at its first turn.
 
+    Its efforts are boxes; its result is whether it has ended without the other end.
     new_tables : factory of the tables of its search. cubes_expected : estimate of its final number of cubes, or None.
+    state : of the kernel.
     progress_at_doubling : numbers of boxes, cubes and tested cubes when the boxes had last doubled.
     """
 
@@ -55,11 +58,11 @@ class CubeFlood:
     flood: Flood | None = None
     search: Refutation | None = None
     cubes_expected: float | None = None
-    active: bool = True
+    state: int = flooding.FLOOD_GOING
     progress_at_doubling: tuple[int, int, int] = (0, 0, 0)
 
     @property
-    def boxes(self) -> int:
+    def efforts(self) -> int:
         """Number of boxes tested so far."""
         return self._count(COUNT_BOXES)
 
@@ -76,22 +79,32 @@ class CubeFlood:
     def _count(self, entry: int) -> int:
         return 0 if self.flood is None else int(self.flood.counts[entry])
 
-    def advance(self, boxes: int) -> bool:
-        """Advance the flood up to a total number of boxes; return whether it has ended without the other end."""
+    @property
+    def done(self) -> bool:
+        """Whether the flood has ended."""
+        return self.state != flooding.FLOOD_GOING
+
+    @property
+    def result(self) -> bool:
+        """Whether the flood has ended without the other end."""
+        return self.state == flooding.FLOOD_ENCLOSED
+
+    def run(self, budget: Budget = UNBOUNDED) -> bool:
+        """Advance the flood by one turn."""
+        if self.efforts >= 2 * self.progress_at_doubling[0]:
+            self.progress_at_doubling = self._progress
+        return super().run(budget)
+
+    def step(self, budget: Budget) -> None:
+        """Make one call of the kernel."""
         if self.flood is None or self.search is None:
             self.flood = new_flood(self.start, self.goal, flood_grid(self.level), FLOOD_CUBE_CAPACITY)
             self.search = self.new_tables()
             if (self.flood.cubes[0] == self.flood.goal).all():  # no cube divides the ends
-                self.active = False
-                return False
-        if self.boxes >= 2 * self.progress_at_doubling[0]:
-            self.progress_at_doubling = self._progress
-        state = flooding.FLOOD_GOING
-        while state == flooding.FLOOD_GOING and self.boxes < boxes:
-            pause = min(self.boxes + BOXES_PER_KERNEL_CALL, boxes)
-            state = int(spread_flood(self.rings, self.flood, pause, self.search))
-        self.active = state == flooding.FLOOD_GOING
-        return state == flooding.FLOOD_ENCLOSED
+                self.state = flooding.FLOOD_REACHED
+                return
+        pause = int(min(self.efforts + BOXES_PER_KERNEL_CALL, budget.efforts))
+        self.state = int(spread_flood(self.rings, self.flood, pause, self.search))
 
     @property
     def boxes_expected(self) -> float:
@@ -104,15 +117,15 @@ class CubeFlood:
         if self.flood is None or self.cubes_expected is None:
             return math.inf
         estimate, earlier_estimate = self._expected_at(*self._progress), self._expected_at(*self.progress_at_doubling)
-        if not self.boxes > self.progress_at_doubling[0] > SETTLED_FLOOD_BOXES:
+        if not self.efforts > self.progress_at_doubling[0] > SETTLED_FLOOD_BOXES:
             return estimate
-        doublings = math.log(max(estimate / self.boxes, 1.0)) / math.log(self.boxes / self.progress_at_doubling[0])
+        doublings = math.log(max(estimate / self.efforts, 1.0)) / math.log(self.efforts / self.progress_at_doubling[0])
         return estimate * math.pow(max(estimate / earlier_estimate, 1.0), doublings)
 
     @property
     def _progress(self) -> tuple[int, int, int]:
         """Numbers of boxes tested, cubes flooded, and cubes of which all faces were tested."""
-        return self.boxes, self.cubes, self._count(COUNT_HEAD)
+        return self.efforts, self.cubes, self._count(COUNT_HEAD)
 
     def _expected_at(self, boxes: int, cubes: int, tested: int) -> float:
         """Estimate of the total number of boxes from the progress at some time and the current estimate of cubes."""

@@ -38,6 +38,7 @@ from hcsearch.motion.locks.boxes import (
 )
 from hcsearch.motion.locks.floods import BOXES_PER_KERNEL_CALL
 from hcsearch.motion.locks.partition import BoxCuts, StateParts
+from hcsearch.motion.searching import Budget, SteppedSearch
 
 REGION_CLIMB_STEPS = 300
 """Steps of each climb within a box."""
@@ -64,8 +65,10 @@ class _FacePart:
     expected: float
 
 
-class Region:
+class Region(SteppedSearch[bool]):
     """Boxes around the part of the closed states that holds an end (side 0 packed, 1 flat), and not the other end.
+
+    Its efforts are boxes; its result is whether all faces are proved.
 
     states : (m, n), of walks and climbs from the end. others : (k, n), those from the other end.
     seed : of estimates and further walks. search, probe_tables : tables of its own, for the search of a face, which is
@@ -89,7 +92,7 @@ class Region:
     ) -> None:
         self.rings, self.side, self.seed = rings, side, seed
         self.search, self.probe_tables = search, probe_tables
-        self.faces, self.active = 0, True
+        self.faces, self._given_up = 0, False
         self._parts = StateParts(rings, states, others, seed, probe_tables)
         self._inside_parts, self._last_part = {0}, 0
         self._cuts: BoxCuts | None = None
@@ -102,7 +105,7 @@ class Region:
         self._boxes_taken, self._met_count, self._new_count, self._expected = 0, 0, 0, math.inf
 
     @property
-    def boxes(self) -> int:
+    def efforts(self) -> int:
         """Number of boxes tested plus steps of walks."""
         return self._boxes_taken + self._parts.steps
 
@@ -125,20 +128,26 @@ class Region:
         """
         if self._unprobed or self._new_count or not self._region:
             return self._expected
-        return self.boxes + sum(part.expected for part in self._waiting)
+        return self.efforts + sum(part.expected for part in self._waiting)
 
-    def advance(self, boxes: int) -> bool:
-        """Search the faces up to a total number of boxes; return whether all of them are proved."""
-        while self.active and self.boxes < boxes:
-            if self._is_stale:
-                self._lay_out()
-            elif self._unprobed:
-                self._probe(self._unprobed.pop())
-            elif self._waiting:
-                self._search(self._searched or min(self._waiting, key=lambda part: part.expected), boxes)
-            else:
-                return True
-        return False
+    @property
+    def result(self) -> bool:
+        """Whether all faces are proved."""
+        return not (self._given_up or self._is_stale or self._unprobed or self._waiting)
+
+    @property
+    def done(self) -> bool:
+        """Whether all faces are proved, or the region is given up."""
+        return self._given_up or self.result
+
+    def step(self, budget: Budget) -> None:
+        """Lay boxes, probe a face, or go on with the search of a part of one."""
+        if self._is_stale:
+            self._lay_out()
+        elif self._unprobed:
+            self._probe(self._unprobed.pop())
+        else:
+            self._search(self._searched or min(self._waiting, key=lambda part: part.expected), budget)
 
     @property
     def _is_stale(self) -> bool:
@@ -155,7 +164,7 @@ class Region:
         """Lay boxes around the parts that are included; then list the parts of their faces that are not yet proved."""
         self._region = self._new_boxes() or []
         self._new_count = 0
-        self.active = bool(self._region) and self._met_count < MAX_MET_STATES
+        self._given_up = not self._region or self._met_count >= MAX_MET_STATES
         self._unprobed, self._waiting, self._searched = [], [], None
         for face in box_faces(self._region, MAX_BOX_ANGLE):
             proved = self._proved[face.hinge, face.level]
@@ -210,7 +219,7 @@ class Region:
             self._expected_by_face[_key(face)] = expected
             self._enqueue(face)
         else:
-            self.active = False
+            self._given_up = True
 
     def _finds_closed_state(self, face: BoxFace) -> bool:
         """Whether Newton's method from states near a face finds a closed state on it, kept in `probe_tables.state`."""
@@ -224,8 +233,8 @@ class Region:
                     return True
         return False
 
-    def _search(self, part: _FacePart, boxes: int) -> None:
-        """Continue the search of a part of a face, up to a total number of boxes of the region."""
+    def _search(self, part: _FacePart, budget: Budget) -> None:
+        """Continue the search of a part of a face, within a budget of the region."""
         face = part.face
         self._expected = self.boxes_expected
         if part is not self._searched:
@@ -235,9 +244,8 @@ class Region:
                 self._cuts.freeze()
             start_refutation(self.rings, face.low, face.high, self.search)
         tested_before = int(self.search.counts[REFUTATION_TESTED_BOXES])
-        verdict = continue_refutation(
-            self.rings, tested_before + min(BOXES_PER_KERNEL_CALL, boxes - self.boxes), self.search
-        )
+        left = int(min(BOXES_PER_KERNEL_CALL, budget.efforts - self.efforts))
+        verdict = continue_refutation(self.rings, tested_before + left, self.search)
         tested = int(self.search.counts[REFUTATION_TESTED_BOXES]) - tested_before
         self._boxes_taken += tested
         part.expected = max(part.expected - tested, 0.0)
@@ -248,7 +256,7 @@ class Region:
             self._searched = None
             self._proved[face.hinge, face.level].append((face.low, face.high))
         elif verdict != BOX_UNFINISHED:
-            self.active = False
+            self._given_up = True
 
     def _take_in(self, state: Reals, face: BoxFace) -> None:
         """Add a closed state that is met on a face, and what a walk from there leads to, to its part."""

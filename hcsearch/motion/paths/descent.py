@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from hcsearch.motion.paths.motions import (
     motion_path_of,
     reversed_path,
 )
+from hcsearch.motion.searching import Budget, SteppedSearch
 from hcsearch.shape.labels import named_hinges
 from hcsearch.shape.linkage import Linkage
 
@@ -156,49 +157,56 @@ def descend_energy(
     held_hinges = np.zeros(linkage.n_hinges, bool) if held is None else held
     opposite = linkage.folded if goal == "flat" else linkage.flat
     first_angles = opposite if start is None else np.asarray(start, float)
-    path = _Descent(linkage, stiffness, held_hinges, goal, max_steps).run(first_angles)
+    path = _Descent(linkage, stiffness, held_hinges, goal, max_steps, first_angles).run()
     if start is None and path.outcome == "stuck" and np.abs(path.end - opposite).max() < UNMOVED_START_DISTANCE:
         restart_angles = (REOPENED_ANGLE_SHARE if goal == "flat" else 1.0 - REOPENED_ANGLE_SHARE) * linkage.folded
-        restarted = _Descent(linkage, stiffness, held_hinges, goal, max_steps).run(restart_angles)
+        restarted = _Descent(linkage, stiffness, held_hinges, goal, max_steps, restart_angles).run()
         if restarted.outcome != "lost closure" and np.abs(restarted.end - opposite).max() > 10 * UNMOVED_START_DISTANCE:
             return restarted
     return path
 
 
-class _Descent:
-    """The state of a running descent."""
+class _Descent(SteppedSearch[MotionPath]):
+    """The state of a running descent; efforts are states. ending : why it ends; None while it goes on."""
 
-    def __init__(self, linkage: Linkage, springs: Reals, held: Flags, goal: DescentGoal, max_steps: int) -> None:
+    def __init__(
+        self, linkage: Linkage, springs: Reals, held: Flags, goal: DescentGoal, max_steps: int, start: Reals
+    ) -> None:
         self.goal, self.target = goal, linkage.flat if goal == "flat" else linkage.folded
         self.linkage, self.springs, self.held, self.max_steps = linkage, springs, held, max_steps
-        self.states: list[LocalState] = []
-        self.energies: list[float] = []
         self.lengths = [0.0]
-        self.trust_radius, self.rejected, self.evaluations = FIRST_TRUST_RADIUS, 0, 0
+        self.trust_radius, self.rejected = FIRST_TRUST_RADIUS, 0
         self.loosened_length = -math.inf
-
-    def run(self, start: Reals) -> MotionPath:
-        local, self.evaluations = close_within_stops(self.linkage, start, held=self.held)
+        self.ending: PathEnding | None = None
+        local, self.evaluations = close_within_stops(linkage, start, held=held)
         if local is None:
-            state = local_at(self.linkage, np.clip(start, 0.0, math.pi))
-            sentence = f"no closed state within the stops near the start, which is open by {state.residual:.1e}"
-            return self._path([state], PathEnding("lost closure", sentence))
+            local = local_at(linkage, np.clip(start, 0.0, math.pi))
+            sentence = f"no closed state within the stops near the start, which is open by {local.residual:.1e}"
+            self.ending = PathEnding("lost closure", sentence)
         self.states, self.energies = [local], [self._energy(local.angles)]
-        ending = None
-        while ending is None:
-            ending = self._step()
-        return self._path(self.states, ending)
 
-    def _path(self, states: list[LocalState], ending: PathEnding) -> MotionPath:
-        energies = self.energies or [self._energy(states[0].angles)]
-        return motion_path_of(
-            states, self.lengths, ending, rejected=self.rejected, evaluations=self.evaluations, energies=energies
-        )
+    @property
+    def efforts(self) -> int:
+        return len(self.states)
+
+    @property
+    def done(self) -> bool:
+        return self.ending is not None
+
+    def step(self, budget: Budget) -> None:
+        self.ending = self._try()
+
+    @property
+    def result(self) -> MotionPath:
+        assert self.ending is not None
+        effort: dict[str, Any] = {"rejected": self.rejected, "evaluations": self.evaluations}
+        return motion_path_of(self.states, self.lengths, self.ending, **effort, energies=self.energies)
 
     def _energy(self, angles: Reals) -> float:
         return 0.5 * float(self.springs @ (angles - self.target) ** 2)
 
-    def _step(self) -> PathEnding | None:
+    def _try(self) -> PathEnding | None:
+        """Make a step, or reject one; return the reason for which the path ends, if it does."""
         last, energy = self.states[-1], self.energies[-1]
         if np.abs(last.angles - self.target).max() < DESCENT_GOAL_DISTANCE:
             if (last.angles != self.target).any():

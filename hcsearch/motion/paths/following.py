@@ -28,6 +28,7 @@ from hcsearch.motion.paths.motions import (
 )
 from hcsearch.motion.paths.singular_states import singular_states
 from hcsearch.motion.paths.stepping import PREDICTORS, Advance, PathStep, Walker, miss_distance
+from hcsearch.motion.searching import Budget, SteppedSearch
 from hcsearch.shape.labels import named_hinges
 from hcsearch.shape.linkage import Linkage
 
@@ -129,7 +130,7 @@ def follow_path(
     begin = np.array(start, float)
     if direction is None:
         direction = (linkage.folded if limits.goal == "folded" else linkage.flat) - begin
-    return _Following(linkage, stepping, limits, zero_share).run(begin, np.asarray(direction, float))
+    return _Following(linkage, stepping, limits, zero_share, begin, np.asarray(direction, float)).run()
 
 
 class _Landing(NamedTuple):
@@ -140,12 +141,20 @@ class _Landing(NamedTuple):
     distance: float
 
 
-class _Following:
-    """The state of a path that is being followed."""
+class _Following(SteppedSearch[MotionPath]):
+    """The state of a path that is being followed; efforts are states. ending : why it ends; None while it goes on."""
 
-    def __init__(self, linkage: Linkage, stepping: Stepping, limits: PathLimits, zero_share: float) -> None:
+    def __init__(
+        self,
+        linkage: Linkage,
+        stepping: Stepping,
+        limits: PathLimits,
+        zero_share: float,
+        start: Reals,
+        direction: Reals,
+    ) -> None:
         self.walker = Walker(linkage, PREDICTORS[stepping.method], stepping.corrections, zero_share)
-        self.limits, self.step = limits, stepping.first(linkage.n_hinges)
+        self.limits, self.distance = limits, stepping.first(linkage.n_hinges)
         self.adapts_first = stepping.adapts and stepping.step is None
         self.tolerance = stepping.tolerance if stepping.adapts else math.inf
         self.watches_events = limits.events and stepping.corrections is None
@@ -159,6 +168,7 @@ class _Following:
         self.events: list[SingularEvent] = []
         self.landing: _Landing | None = None
         self.rejected = 0
+        self.ending = self._begin(start, direction)
 
     @property
     def last(self) -> PathStep:
@@ -168,13 +178,23 @@ class _Following:
     def before(self) -> PathStep | None:
         return self.states[-2] if len(self.states) > 1 else None
 
-    def run(self, start: Reals, direction: Reals) -> MotionPath:
-        ending = self._begin(start, direction)
-        while ending is None:
-            ending = self._ending() or self._advance()
+    @property
+    def efforts(self) -> int:
+        return len(self.states)
+
+    @property
+    def done(self) -> bool:
+        return self.ending is not None
+
+    def step(self, budget: Budget) -> None:
+        self.ending = self._ending() or self._advance()
+
+    @property
+    def result(self) -> MotionPath:
+        assert self.ending is not None
         states, lengths = [state.local for state in self.states], [state.length for state in self.states]
         effort: dict[str, Any] = {"rejected": self.rejected, "evaluations": self.walker.evaluations}
-        return motion_path_of(states, lengths, ending, **effort, events=self.events, velocity=self.last.tangent)
+        return motion_path_of(states, lengths, self.ending, **effort, events=self.events, velocity=self.last.tangent)
 
     def _begin(self, start: Reals, direction: Reals) -> PathEnding | None:
         local = self.walker.start_at(start)
@@ -213,7 +233,7 @@ class _Following:
         return None
 
     def _advance(self) -> PathEnding | None:
-        distance = self.step
+        distance = self.distance
         if self.walker.predictor.name == "increment":
             distance /= float(np.abs(self.last.tangent).max())
         distance = min(distance, self.limits.length - self.last.length)
@@ -237,7 +257,7 @@ class _Following:
             )
         if math.isfinite(self.tolerance):
             factor = 0.9 * (self.tolerance / max(advance.error, 1e-300)) ** (1.0 / (advance.order + 1))
-            self.step = min(self.max_step, distance * min(3.0, max(0.3, factor)))
+            self.distance = min(self.max_step, distance * min(3.0, max(0.3, factor)))
         return self._add_state(self.before, self.last, advance.step)
 
     def _approach(self, distance: float) -> tuple[float, _Landing | None]:
@@ -274,8 +294,8 @@ class _Following:
     def _shorten_step(self, distance: float, *, lost: bool) -> PathEnding | None:
         """Reject a step and shorten the next one; end the path if steps become too short."""
         self.rejected += 1
-        self.step = 0.4 * distance
-        if self.step >= MIN_PATH_STEP and not lost:
+        self.distance = 0.4 * distance
+        if self.distance >= MIN_PATH_STEP and not lost:
             return None
         sentence = "no closed state follows: the direction is no motion, or the step is too long"
         return PathEnding("lost closure", f"{sentence} (steps down to {distance:.1e})")

@@ -9,6 +9,7 @@ search, so that no path may be found with the greatest margin, and one with less
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from hcsearch.basics.array_values import ByValue, Reals
@@ -16,6 +17,7 @@ from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, check_margi
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
 from hcsearch.motion.planning.schedule import LONG_SEARCH_ROUNDS, SEARCH_ROOT_COUNT, SEARCH_SEED_COUNT
+from hcsearch.motion.searching import Budget, SteppedSearch
 from hcsearch.shape.linkage import Linkage
 
 MARGIN_GRID_RATIO = 1.3
@@ -76,11 +78,11 @@ def critical_margin(linkage: Linkage, extent: SearchExtent | None = None) -> Cri
     return _Bisection(linkage, SearchExtent() if extent is None else extent).run()
 
 
-class _Bisection:
-    """Bisection over the list of margins.
+class _Bisection(SteppedSearch[CriticalMargin]):
+    """Bisection over the list of margins; efforts are searches, each with one margin.
 
     met, proved : index of the least margin with a path that is found, or proved; the list's length for unknown.
-    failed : indices of margins for which the search found no path.
+    failed : indices of margins for which the search found no path. next : index of the margin of the next search.
     """
 
     def __init__(self, linkage: Linkage, extent: SearchExtent) -> None:
@@ -90,24 +92,45 @@ class _Bisection:
         self.states: Reals | None = None
         self.failed: list[int] = []
         self.searches = 0
+        self._places = self._order()
+        self.next = next(self._places, None)
 
     @property
     def unmet(self) -> int:
         """The greatest index below `met` at which no path was found, -1 without one."""
         return max((place for place in self.failed if place < self.met), default=-1)
 
-    def run(self) -> CriticalMargin:
-        """Find the least margin at which a path is met; then the least at which one is proved, if that differs."""
+    def _order(self) -> Iterator[int]:
+        """Yield places: down to the least margin at which a path is met; then to the least at which one is proved."""
         top = len(self.margins) - 1
-        places = {top * k // MARGIN_LIST_PARTS for k in range(MARGIN_LIST_PARTS + 1)}
-        if any(map(self._search_at, sorted(places, reverse=True))):
-            while self.met - self.unmet > 1:
-                self._search_at((self.unmet + self.met) // 2)
-            low = self.met
-            while self.proved - low > 1:  # a proof may fail above one that does not: that costs a place or two
-                middle = (low + self.proved) // 2
-                self._search_at(middle)
-                low = middle if self.proved > middle else low
+        for place in sorted({top * k // MARGIN_LIST_PARTS for k in range(MARGIN_LIST_PARTS + 1)}, reverse=True):
+            yield place
+            if self.met <= top:
+                break
+        else:
+            return
+        while self.met - self.unmet > 1:
+            yield (self.unmet + self.met) // 2
+        low = self.met
+        while self.proved - low > 1:  # a proof may fail above one that does not: that costs a place or two
+            middle = (low + self.proved) // 2
+            yield middle
+            low = middle if self.proved > middle else low
+
+    @property
+    def efforts(self) -> int:
+        """Searches made."""
+        return self.searches
+
+    @property
+    def done(self) -> bool:
+        """Whether both margins are found."""
+        return self.next is None
+
+    @property
+    def result(self) -> CriticalMargin:
+        """The margins that are known."""
+        top = len(self.margins) - 1
         lowest = self.unmet if self.met <= top else top
         proved, met, unmet = map(self._margin, (self.proved, self.met, lowest))
         return CriticalMargin(proved, met, unmet, self.extent, self.searches, self.states)
@@ -115,12 +138,14 @@ class _Bisection:
     def _margin(self, place: int) -> float | None:
         return self.margins[place] if 0 <= place < len(self.margins) else None
 
-    def _search_at(self, place: int) -> bool:
-        """Search with a margin until a path is proved; whether one is met. A path may be clear with less play, too."""
+    def step(self, budget: Budget) -> None:
+        """Search with a margin until a path is proved. A path may be clear with less play, too."""
+        place = self.next
+        assert place is not None
         self.searches += 1
         planner, met = Planner(self.linkage, self.margins[place]), False
         for seed in range(self.extent.seeds):
-            states = planner.plan(self.extent.rounds, seed, roots=self.extent.roots).states
+            states = planner.plan(Budget(self.extent.rounds, seed=seed), roots=self.extent.roots).states
             if states is None:
                 continue
             met, self.met = True, min(self.met, place)
@@ -133,7 +158,7 @@ class _Bisection:
                 break
         if not met:
             self.failed.append(place)
-        return met
+        self.next = next(self._places, None)
 
 
 def _last(margin: float | None) -> float:

@@ -34,6 +34,7 @@ from hcsearch.motion.planning.schedule import (
     planned_efforts,
 )
 from hcsearch.motion.planning.simple_moves import simple_path
+from hcsearch.motion.searching import Budget, SteppedSearch
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.system.work_steps import work_step
@@ -115,7 +116,7 @@ def plan_motion(
     likeness = folding.likeness(panel)
     representative = folding if likeness is None else likeness.folding
     linkages = {way: representative.linkage(panel, flat_pairs=way) for way in ways if representative.can_join(way)}
-    motion = _Search(linkages, margin).run(budget, done) if linkages else PlannedMotion(None, None, None, ())
+    motion = _MotionSearch(linkages, margin, budget, done).run() if linkages else PlannedMotion(None, None, None, ())
     return motion if likeness is None else motion_from_twin(motion, folding, panel)
 
 
@@ -127,7 +128,7 @@ def plan_linkage_motion(
     margin, budget, done : as of `plan_motion`. SizeError for more panels than `problems` allows.
     """
     check_memory(linkage.n_panels)
-    return _Search({"hinged": linkage}, margin).run(budget, done)
+    return _MotionSearch({"hinged": linkage}, margin, budget, done).run()
 
 
 def proof_margins(linkage: Linkage, margin: float | None = None) -> list[float]:
@@ -164,10 +165,14 @@ def _carried_lock(lock: Enclosure, linkage: Linkage) -> Enclosure:
     return replace(lock, lows=lock.lows[:, hinges], highs=lock.highs[:, hinges])
 
 
-class _Search:
-    """The search for the motion of one folding."""
+class _MotionSearch(SteppedSearch[PlannedMotion]):
+    """The search for the motion of one folding, by the efforts of a budget after the first `done` ones.
 
-    def __init__(self, linkages: dict[Way, Linkage], margin: float | None) -> None:
+    The result is the motion of the least play, or a lock.
+    """
+
+    def __init__(self, linkages: dict[Way, Linkage], margin: float | None, budget: int, done: int) -> None:
+        self.planned, self.made, self.decided = planned_efforts(budget, done)[::-1], done, False
         self.linkages, self.widest = linkages, _widest(tuple(linkages))
         self.planner: tuple[tuple[Way, float], Planner] | None = None
         self.provers: dict[Way, Prover] = {}
@@ -179,18 +184,30 @@ class _Search:
         self.best = PlannedMotion(None, None, None, ())
         self.margins = proof_margins(next(iter(linkages.values())), margin)
 
-    def run(self, budget: int, done: int) -> PlannedMotion:
-        """Make the efforts of a budget after the first `done`; return the motion of the least play, or a lock."""
-        for effort in planned_efforts(budget, done):
-            done += 1
-            if any(self._run_named(step, done) for step in effort):
-                break
+    @property
+    def efforts(self) -> int:
+        """Efforts made, with those before."""
+        return self.made
+
+    @property
+    def done(self) -> bool:
+        """Whether a path or a lock is proved, or no effort is left."""
+        return self.decided or not self.planned
+
+    def step(self, budget: Budget) -> None:
+        """Make one effort."""
+        self.made += 1
+        self.decided = any(self._run_named(step, self.made) for step in self.planned.pop())
+
+    @property
+    def result(self) -> PlannedMotion:
+        """The known facts about the motion."""
         # of the widest ways, where all ways were searched: a search that goes on knows no others
         shown_ways = [way for way in self.widest if way in self.growths] or list(self.growths)
         growths = () if self.best.states is not None else tuple((way, self.growths[way]) for way in shown_ways)
         locks = tuple(self.locks.items())
         known = replace(self.best, locks=locks, locked=self.locked, critical=self.critical)
-        return replace(known, growths=growths, efforts=done)
+        return replace(known, growths=growths, efforts=self.made)
 
     def _run_named(self, step: EffortStep, effort: int) -> bool:
         with work_step(f"effort {effort}: {step.words}"):
@@ -234,7 +251,7 @@ class _Search:
     def _opens_without_panels(self, way: Way) -> bool:
         """Whether a search opens the folding in a way if panels may pass through each other."""
         if way not in self.opens_without_panels:
-            free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(LONG_SEARCH_ROUNDS)
+            free = Planner(self.linkages[way], self.margins[-1], collide=False).plan(Budget(LONG_SEARCH_ROUNDS))
             self.opens_without_panels[way] = free.states is not None
         return self.opens_without_panels[way]
 
@@ -268,7 +285,7 @@ class _Search:
         for way in ways:
             planner = self._planner(way, self.margins[-1 if trees.loose else 0])
             for attempt in range(self.proofs_left[way]):
-                plan = planner.plan(trees.rounds, seed + 10 * attempt, roots=trees.roots)
+                plan = planner.plan(Budget(trees.rounds, seed=seed + 10 * attempt), roots=trees.roots)
                 if plan.states is None:
                     self.growths[way] = plan.growth
                     break

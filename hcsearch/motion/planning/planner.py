@@ -33,6 +33,7 @@ from hcsearch.kernels.planning.tree_search import (
 from hcsearch.motion.collision.panel_prisms import check_margin
 from hcsearch.motion.planning.problems import space_of
 from hcsearch.motion.planning.simple_moves import clear_junctions
+from hcsearch.motion.searching import Budget, SteppedSearch
 from hcsearch.shape.linkage import Linkage
 
 TREE_STATE_CAPACITY = 12000
@@ -233,6 +234,42 @@ class PathPlan(ByValue):
     clouds: tuple[Reals, Reals]
 
 
+class _TreeSearch(SteppedSearch[TreeGrowth]):
+    """Trees of a forest that take turns; efforts are rounds."""
+
+    def __init__(self, forest: Forest, seed: int) -> None:
+        self.forest, self.seed = forest, seed
+        self.starts, self.half, self.rounds = forest.fan_out(seed), (0, 0), 0
+
+    @property
+    def efforts(self) -> int:
+        """Rounds made."""
+        return self.rounds
+
+    @property
+    def done(self) -> bool:
+        """Whether packed and flat are joined, or no tree can grow."""
+        return not all(self.starts) or self.forest.is_joined or self.forest.is_full
+
+    def step(self, budget: Budget) -> None:
+        """Take one turn, of no rounds beyond the middle of the budget."""
+        rounds = int(budget.efforts)
+        left = (rounds // 2 if self.rounds < rounds // 2 else rounds) - self.rounds
+        turn = min(self.forest.rounds_per_turn, left)
+        self.forest.grow(turn, _slice_seed(self.seed, self.rounds))
+        self.rounds += turn
+        if self.rounds <= rounds // 2:
+            self.half = self.forest.sizes()
+
+    @property
+    def result(self) -> TreeGrowth:
+        """The growth of the trees."""
+        sizes = self.forest.sizes()
+        late = (1.0 - self.half[0] / sizes[0], 1.0 - self.half[1] / sizes[1])
+        starts, roots = (self.starts[0], self.starts[1]), len(self.starts) - 2
+        return TreeGrowth(starts, sizes, self.rounds, late, STATE_CELL_WIDTH, self.forest.is_full, roots)
+
+
 class Planner:
     """Searches for paths of one linkage with panels shrunk by a margin (m) on every face.
 
@@ -253,35 +290,22 @@ class Planner:
         """Flat-folded states other than the ends at which panels keep apart, (k, n_hinges)."""
         return clear_junctions(self.linkage, self.space, self.stack)
 
-    def plan(self, rounds: int, seed: int = 0, *, roots: int = 0) -> PathPlan:
-        """Search for a path for some rounds; the result depends only on the arguments.
+    def plan(self, budget: Budget, *, roots: int = 0) -> PathPlan:
+        """Search for a path; the result depends only on the arguments.
 
-        roots : greatest number of junctions as further roots; each seed takes others. Rounds are those of all trees.
+        budget : its efforts are the rounds of all trees. roots : greatest number of junctions as further roots; each
+        seed takes others.
         """
         ends = self.space.folded, self.linkage.flat
         if not self.linkage.n_hinges:
             growth = TreeGrowth((0, 0), (1, 1), 0, (0.0, 0.0), STATE_CELL_WIDTH, False)
             return PathPlan(None, growth, (ends[0][None], ends[1][None]))
-        root_states = forest_roots(ends, self.junctions, roots, seed) if roots else np.array(ends)
+        root_states = forest_roots(ends, self.junctions, roots, budget.seed) if roots else np.array(ends)
         # the search of a gap begins where the last one ended: anew, so that no plan hangs on the one before
         self.stack.corners[:], self.stack.gap_directions[:] = -1, 0.0
-        forest = Forest(self.space, root_states, self.stack, self.work)
-        starts = forest.fan_out(seed)
-        half, rounds_done = (0, 0), 0
-        while rounds_done < rounds and all(starts) and not forest.is_joined and not forest.is_full:
-            turn_rounds = min(
-                forest.rounds_per_turn, (rounds // 2 if rounds_done < rounds // 2 else rounds) - rounds_done
-            )
-            forest.grow(turn_rounds, _slice_seed(seed, rounds_done))
-            rounds_done += turn_rounds
-            if rounds_done <= rounds // 2:
-                half = forest.sizes()
-        sizes = forest.sizes()
-        late = (1.0 - half[0] / sizes[0], 1.0 - half[1] / sizes[1])
-        growth = TreeGrowth(
-            (starts[0], starts[1]), sizes, rounds_done, late, STATE_CELL_WIDTH, forest.is_full, len(starts) - 2
-        )
-        return PathPlan(self._path(forest.path(), seed) if forest.is_joined else None, growth, forest.clouds())
+        growing = _TreeSearch(Forest(self.space, root_states, self.stack, self.work), budget.seed)
+        growth, forest = growing.run(budget), growing.forest
+        return PathPlan(self._path(forest.path(), budget.seed) if forest.is_joined else None, growth, forest.clouds())
 
     def _path(self, states: Reals, seed: int) -> Reals:
         """Shorten and relax a path."""

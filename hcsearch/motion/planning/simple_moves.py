@@ -31,6 +31,7 @@ from hcsearch.kernels.planning.space import Space, StateStack, pick_state, place
 from hcsearch.motion.collision.panel_prisms import kept_apart, prisms_of, solid_pairs
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.motion.planning.problems import turns_equally
+from hcsearch.motion.searching import Budget, SteppedSearch
 from hcsearch.shape.linkage import Linkage, Walk
 
 MAX_MOVE_STATES = 400
@@ -47,38 +48,50 @@ COLLINEAR_HINGE_COUNTS = (2, 4, 6, 8)
 """Numbers of hinges on one line that turn together."""
 
 
-class SimpleMoves:
-    """Simple moves of one linkage with panels shrunk by a margin (m) on every face."""
+class SimpleMoves(SteppedSearch[Reals | None]):
+    """The path of the fewest simple moves of a linkage with loops, its panels shrunk by a margin (m) on every face.
+
+    The result is its states, (k, n_hinges), from packed to flat, or None; efforts are flat-folded states.
+    """
 
     def __init__(self, linkage: Linkage, margin: float) -> None:
         self.linkage, self.candidates_left = linkage, MAX_MOVE_CANDIDATES
         self.prisms = prisms_of(linkage, margin)
         pairs = solid_pairs(linkage, prisms_of(linkage), kept_apart(linkage))
         self.pairs = np.ascontiguousarray(pairs.prisms)
+        packed = linkage.folded.astype(float)
+        self.arrivals: dict[bytes, tuple[bytes, Reals] | None] = {_key(packed): None}
+        self.waiting = deque([packed])
 
-    def path(self) -> Reals | None:
-        """Return the states of a path from packed to flat, (k, n_hinges), by the fewest moves; None without one."""
-        if not self.linkage.loops:
-            return None
-        first, last = _key(self.linkage.folded.astype(float)), _key(self.linkage.flat)
-        arrivals: dict[bytes, tuple[bytes, Reals] | None] = {first: None}
-        waiting = deque([self.linkage.folded.astype(float)])
-        while waiting and last not in arrivals and len(arrivals) < MAX_MOVE_STATES:
-            state = waiting.popleft()
-            for move in self._moves(state, arrivals):
-                arrivals[_key(move[-1])] = (_key(state), move)
-                waiting.append(move[-1])
-        if last not in arrivals:
-            return None
+    @property
+    def efforts(self) -> int:
+        """Flat-folded states that were reached."""
+        return len(self.arrivals)
+
+    @property
+    def done(self) -> bool:
+        """Whether flat is reached, or no move leads on."""
+        return not self.waiting or _key(self.linkage.flat) in self.arrivals
+
+    def step(self, budget: Budget) -> None:
+        """Reach the states to which moves lead from one."""
+        state = self.waiting.popleft()
+        for move in self._moves(state):
+            self.arrivals[_key(move[-1])] = (_key(state), move)
+            self.waiting.append(move[-1])
+
+    @property
+    def result(self) -> Reals | None:
+        """The states of the path; None without one."""
         moves: list[Reals] = []
-        arrival = arrivals[last]
+        arrival = self.arrivals.get(_key(self.linkage.flat))
         while arrival is not None:
             moves.append(arrival[1])
-            arrival = arrivals[arrival[0]]
-        return np.concatenate([self.linkage.folded[None], *(move[1:] for move in moves[::-1])])
+            arrival = self.arrivals[arrival[0]]
+        return np.concatenate([self.linkage.folded[None], *(move[1:] for move in moves[::-1])]) if moves else None
 
-    def _moves(self, state: Reals, visited: dict[bytes, tuple[bytes, Reals] | None]) -> Iterator[Reals]:
-        """Yield the states of each simple move from a flat-folded state to one that is not visited."""
+    def _moves(self, state: Reals) -> Iterator[Reals]:
+        """Yield the states of each simple move from a flat-folded state to one that is not reached."""
         _, jacobian = self.linkage.closure(state)
         leaving = jacobian * np.where(state > 1.0, -1.0, 1.0)
         whole = whole_end(self.linkage, state)
@@ -90,7 +103,7 @@ class SimpleMoves:
             self.candidates_left -= 1
             end = state.copy()
             end[hinges] = math.pi - end[hinges]
-            if _key(end) in visited or np.abs(self.linkage.closure(end)[0]).max() > MOVE_CLOSURE_TOLERANCE:
+            if _key(end) in self.arrivals or np.abs(self.linkage.closure(end)[0]).max() > MOVE_CLOSURE_TOLERANCE:
                 continue
             rates = None
             if not turns_equally(whole, end != state):
@@ -197,7 +210,7 @@ def simple_path(linkage: Linkage, margin: float) -> Reals | None:
 
     margin : m, by which panels are shrunk. Gaps are checked at the states only: `path_proofs.Prover` proves the path.
     """
-    return SimpleMoves(linkage, margin).path()
+    return SimpleMoves(linkage, margin).run(Budget(MAX_MOVE_STATES)) if linkage.loops else None
 
 
 MAX_JUNCTION_LOOP_HINGES = 36
