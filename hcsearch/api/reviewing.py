@@ -16,10 +16,9 @@ from hcsearch.cases.travels import travel_of_case
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
-from hcsearch.springs.flight.flight_sheet import FlightSheet
+from hcsearch.springs.flight.flight_sheet import FlightSheet, sheet_text
 from hcsearch.springs.flight.review import review
 from hcsearch.springs.flight.rules import read_rules
-from hcsearch.springs.flight.sheet_texts import sheet_text
 from hcsearch.system.outputs import check_output, write_output
 
 SHEET_SUFFIXES = {".md": "markdown", ".tex": "latex", ".txt": "text", ".html": "html"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -256,45 +256,13 @@ class DeploymentBatch(ByValue):
         return ~np.isnan(self.clearance)
 
 
-@dataclass(frozen=True)
-class FlightNumbers:
-    """The figures of a folding in a scene by which an engineer of space mechanisms chooses; None where not known.
+FlightValue = int | float | str | None
+FlightNumbers = Mapping[str, FlightValue]
+"""The figures of a folding in a scene by which an engineer of space mechanisms chooses, by the names of their columns.
 
-    Each is exact or a bound in the direction that docs/explanation/flight.md names and proves. SI units.
-
-    torque_margin : least ratio of the torque of springs to the resisting torques over the travel, a lower bound for a
-        proved path, at the simulated states for a deployment; least at the hinge torque_margin_hinge (a name as in
-        pictures) and the share torque_margin_at of the travel, 0 packed, 1 flat.
-    torque_margin_failed : the same with the worst spring missing.
-    deployed_hz : first frequency of the flat array on its latches, Hz; soft_modes : directions without stiffness.
-    latch_torque : greatest torque of a latch, N m. latch_impulse : moment of impulse that the root takes at an arrival,
-        N m s.
-    clearance_ratio : least gap of panels that are neither stacked on each other nor joined, over the tolerances.
-    self_stresses : states of self-stress of the flat array. flatness : greatest distance of a corner from the mean
-        plane (m) per error of the stops (rad). tilt : greatest tilt of a panel (rad) per error of the stops (rad).
-    stowed_length, stowed_width, stowed_height : of the two stacks, m. area_per_volume : of panels over the volume of
-        the stowed box, 1/m. mass : kg.
-    craft_clearance : least gap of panels to the craft over the travel, m; negative where they touch.
-    """
-
-    torque_margin: float | None = None
-    torque_margin_hinge: str | None = None
-    torque_margin_at: float | None = None
-    torque_margin_failed: float | None = None
-    deployed_hz: float | None = None
-    soft_modes: int | None = None
-    latch_torque: float | None = None
-    latch_impulse: float | None = None
-    clearance_ratio: float | None = None
-    self_stresses: int | None = None
-    flatness: float | None = None
-    tilt: float | None = None
-    stowed_length: float | None = None
-    stowed_width: float | None = None
-    stowed_height: float | None = None
-    area_per_volume: float | None = None
-    mass: float | None = None
-    craft_clearance: float | None = None
+Each is exact or a bound in the direction that docs/explanation/flight.md names and proves. SI units; None where one is
+not known.
+"""
 
 
 def play_of_batch(

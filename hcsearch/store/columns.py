@@ -23,7 +23,7 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.store.quantity import LISTED, Quantity, in_table, not_null
 
 if TYPE_CHECKING:
-    from hcsearch.designs.records import FlightNumbers
+    from hcsearch.designs.records import FlightNumbers, FlightValue
 
 _GRIDS = tuple(GRIDS)
 
@@ -236,9 +236,9 @@ FLIGHT_QUANTITIES = (
 )
 
 
-def flight_value(quantity: Quantity, numbers: FlightNumbers) -> int | float | str | None:
+def flight_value(quantity: Quantity, numbers: FlightNumbers) -> FlightValue:
     """Return a figure in the unit of its column; None where it is not known or not finite."""
-    return quantity.stored(getattr(numbers, quantity.name.removesuffix("_mm_per_mrad")))
+    return quantity.stored(numbers.get(quantity.name))
 
 
 BEST_CREASE = "(SELECT b.best_crease FROM outcome AS b WHERE b.design_id = d.id AND b.scene = :scene)"

@@ -17,8 +17,7 @@ from hcsearch.scenes import Scene, panel_of
 from hcsearch.search.stages.mobility import mobility_of_batch
 from hcsearch.search.stages.motion import motions_of_batch
 from hcsearch.springs.flight.flight_figures import figures_of
-from hcsearch.springs.flight.review import rule_rows
-from hcsearch.springs.flight.rules import read_rules
+from hcsearch.springs.flight.rules import JudgedTravel, read_rules
 from hcsearch.springs.flight.spring_choice import ChosenSprings, springs_that_pass
 from hcsearch.springs.flight.travel import travel_along
 from hcsearch_bench.run.bench import Say
@@ -150,7 +149,7 @@ def _judged(folding: Folding, scene: Scene, way: Way, path: Reals) -> _Judged | 
         return None
     with_them = travel.with_values(chosen.setup)
     numbers = figures_of(with_them)
-    verdicts = {row.rule: row.verdict for row in rule_rows(with_them, rules, numbers)}
+    verdicts = {row.rule: row.verdict for row in JudgedTravel(with_them, rules, numbers).rows()}
     clears = verdicts["clearance over tolerances"] == "pass"
     return _Judged(folding, way, chosen, numbers, clears, set(verdicts.values()) == {"pass"})
 
@@ -163,11 +162,11 @@ def _passing(cells: str, one: _Judged) -> PassingRow:
         one.way,
         round(1e3 * float(one.springs.preloads.sum()), 3),
         round(1e3 * (one.springs.lower_bound or 0.0), 3),
-        round(float(numbers.torque_margin or 0.0), 3),
-        round(float(numbers.torque_margin_failed or 0.0), 3),
-        round(float(numbers.deployed_hz or 0.0), 3),
-        round(float(numbers.latch_torque or 0.0), 3),
-        round(float(numbers.clearance_ratio or 0.0), 3),
-        round(float(numbers.flatness or 0.0), 4),
-        int(numbers.self_stresses or 0),
+        round(float(numbers["torque_margin"] or 0.0), 3),
+        round(float(numbers["torque_margin_failed"] or 0.0), 3),
+        round(float(numbers["deployed_hz"] or 0.0), 3),
+        round(float(numbers["latch_torque"] or 0.0), 3),
+        round(float(numbers["clearance_ratio"] or 0.0), 3),
+        round(float(numbers["flatness_mm_per_mrad"] or 0.0), 4),
+        int(numbers["self_stresses"] or 0),
     )

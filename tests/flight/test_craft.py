@@ -11,7 +11,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
-from hcsearch.springs.flight.craft import craft_clearance, craft_corners, placed_solids
+from hcsearch.springs.flight.moving_room import craft_clearance, craft_corners, placed_solids
 from tests.collision.naive_clearance import distance
 
 SIDE, THICK = 0.1, 0.01

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
-from hcsearch.springs.flight.footprints import Footprint, footprint_of
+from hcsearch.springs.flight.stowage import Footprint, footprint_of
 from tests.strategies import writings
 
 lengths = st.floats(0.01, 0.3)

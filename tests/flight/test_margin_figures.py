@@ -206,8 +206,16 @@ def test_congruent_foldings_have_equal_figures():
         own = np.array(states)[:, standard_hinges_of(linkages[0])][:, np.argsort(standard_hinges_of(linkage))]
         travel = travel_along(linkage, built, np.vstack([linkage.folded, own, linkage.flat]))
         found.append((figures_of(travel_along(linkage, built)), least_margins(replace(travel, source="deployment"))))
-    for name in ("deployed_hz", "flatness", "tilt", "self_stresses", "mass", "stowed_length", "area_per_volume"):
-        first, second = (getattr(figures, name) for figures, _ in found)
+    for name in (
+        "deployed_hz",
+        "flatness_mm_per_mrad",
+        "tilt",
+        "self_stresses",
+        "mass",
+        "stowed_length",
+        "area_per_volume",
+    ):
+        first, second = (figures[name] for figures, _ in found)
         assert first == pytest.approx(second, rel=1e-9), name
     for one, other in zip(*(margins for _, margins in found), strict=True):
         assert one.value == pytest.approx(other.value, rel=1e-9)

@@ -5,7 +5,8 @@ from importlib.resources import files
 import pytest
 
 from hcsearch.basics.errors import InputFileError
-from hcsearch.springs.flight.rules import STANDARDS, read_rules
+from hcsearch.springs.flight.rules import RULE_KINDS, STANDARDS, read_rules
+from tests.documents import ROOT
 
 OWN = """
 title = "House rules"
@@ -28,19 +29,30 @@ def test_the_factors_of_ecss_are_those_of_its_issue():
     rules = read_rules("ecss")
     assert rules.standard == "ECSS-E-ST-33-01C, 6 March 2009"
     # 2 x 3 / 0.8, and 2 x 1.5 / 0.8 where measured
-    assert rules.motorisation.weights(measured=False) == (7.5, 7.5)
-    assert rules.motorisation.weights(measured=True) == (3.75, 3.75)
-    assert (rules.clearance.ratio, rules.latch.factor) == (3.0, 2.0)
-    clauses = [rules.motorisation.clause, rules.redundancy.clause, rules.latch.clause, rules.clearance.clause]
-    assert clauses == ["4.7.5.3.1", "4.7.5.3.2 f", "4.7.5.4.4", "4.7.5.4.8 d"]
-    assert (rules.frequency, rules.flatness) == (None, None)
+    assert rules.weights(measured=False) == (7.5, 7.5)
+    assert rules.weights(measured=True) == (3.75, 3.75)
+    assert (rules.given["clearance"].numbers, rules.given["latch"].numbers) == ({"ratio": 3.0}, {"factor": 2.0})
+    clauses = {key: rule.clause for key, rule in rules.given.items()}
+    assert clauses == {
+        "motorisation": "4.7.5.3.1",
+        "redundancy": "4.7.5.3.2 f",
+        "latch": "4.7.5.4.4",
+        "clearance": "4.7.5.4.8 d",
+    }
 
 
 def test_aiaa_asks_for_twice_what_resists_and_for_no_redundancy():
     rules = read_rules("aiaa")
     assert rules.standard == "AIAA S-114, 2005"
-    assert rules.motorisation.weights(measured=False) == rules.motorisation.weights(measured=True) == (2.0, 2.0)
-    assert (rules.latch.factor, rules.redundancy, rules.clearance) == (2.0, None, None)
+    assert rules.weights(measured=False) == rules.weights(measured=True) == (2.0, 2.0)
+    assert rules.given["latch"].numbers == {"factor": 2.0}
+    assert set(rules.given) == {"motorisation", "latch"}
+
+
+@pytest.mark.parametrize("kind", RULE_KINDS.values(), ids=RULE_KINDS)
+def test_a_kind_of_rule_is_in_the_reference(kind):
+    page = (ROOT / "docs" / "reference" / "rules.md").read_text(encoding="utf-8")
+    assert f"\n| `{kind.key}` | {', '.join(f'`{name}`' for name in kind.numbers)}" in page
 
 
 def test_every_standard_stands_in_a_file_and_is_read():
@@ -53,9 +65,10 @@ def test_a_file_has_the_rules_that_it_names(tmp_path):
     path = tmp_path / "house.toml"
     path.write_text(OWN)
     rules = read_rules(str(path))
-    assert rules.motorisation.weights(measured=False) == (3.0, 6.0)
-    assert rules.motorisation.weights(measured=True) == (2.0, 2.4)
-    assert (rules.frequency.hz, rules.clearance, rules.redundancy) == (0.1, None, None)
+    assert rules.weights(measured=False) == (3.0, 6.0)
+    assert rules.weights(measured=True) == (2.0, 2.4)
+    assert rules.given["frequency"].numbers == {"hz": 0.1}
+    assert set(rules.given) == {"motorisation", "frequency"}
 
 
 @pytest.mark.parametrize(

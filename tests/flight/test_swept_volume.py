@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.springs.flight.craft import placed_solids
-from hcsearch.springs.flight.swept_volume import SWEPT_RESOLUTION_SHARE, swept_box
+from hcsearch.springs.flight.moving_room import SWEPT_RESOLUTION_SHARE, placed_solids, swept_box
 from tests.collision.naive_clearance import chain, fan, moments, random_course
 from tests.planned import SAMPLES, planned
 

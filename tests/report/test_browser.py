@@ -10,7 +10,6 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.designs.grid import GRIDS
-from hcsearch.designs.records import FlightNumbers
 from hcsearch.designs.twisting import twist
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.shape.drawing import draw_circuit
@@ -252,7 +251,7 @@ def sized_file(database_file, tmp_path):
     path = shutil.copy(database_file, tmp_path / "sized.sqlite")
     boxes = [(0.15, 0.1, 0.03), (0.15, 0.1, 0.031), (0.1, 0.1, 0.3405), (0.1, 0.09, 0.02)]
     sides = ("stowed_length", "stowed_width", "stowed_height")
-    flight = [FlightNumbers(**dict(zip(sides, box, strict=True))) for box in boxes]
+    flight = [dict(zip(sides, box, strict=True)) for box in boxes]
     with open_database(str(path), create=False) as database:
         circuits = [row[0] for row in select(database, "untwisted", columns="circuit", limit=len(boxes)).rows]
         creases = [next(f.crease for f in foldings(Circuit.from_notation(one)) if not twist(f)) for one in circuits]

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.designs.records import FlightNumbers
+from hcsearch.designs.records import FlightNumbers, FlightValue
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.build_errors import BuildTolerances
 from hcsearch.springs.flight.clearance_ratio import clearance_ratio
-from hcsearch.springs.flight.craft import craft_clearance
 from hcsearch.springs.flight.deployed_modes import DeployedModes, deployed_modes, flat_stiffness
 from hcsearch.springs.flight.latching import latch_bounds
 from hcsearch.springs.flight.margin_figures import MarginFigures, margin_figures
+from hcsearch.springs.flight.moving_room import craft_clearance
 from hcsearch.springs.flight.panel_rates import FloatingBase
 from hcsearch.springs.flight.path_margins import PathMargins, margins_along
 from hcsearch.springs.flight.shape_errors import shape_errors
 from hcsearch.springs.flight.stowage import stowage_of
 from hcsearch.springs.flight.travel import Travel
+from hcsearch.store.columns import FLIGHT_QUANTITIES
 from hcsearch.system.work_steps import work_step
 
 
@@ -39,7 +39,7 @@ def figures_of(travel: Travel, margins: MarginFigures | None = None) -> FlightNu
     if travel.source != "none":
         figures |= _margins(margins or least_margins(travel), travel) | _latches(standard)
         figures |= _clearance(standard) | _craft(travel)
-    return FlightNumbers(**figures)
+    return dict.fromkeys(quantity.name for quantity in FLIGHT_QUANTITIES) | figures
 
 
 def tolerances_of(travel: Travel) -> BuildTolerances:
@@ -74,7 +74,7 @@ def least_margins(travel: Travel, resistance: Reals | None = None) -> MarginFigu
     return MarginFigures(*(replace(one, hinge=int(hinges[one.hinge]) if one.hinge >= 0 else -1) for one in found))
 
 
-def _stowage(travel: Travel) -> dict[str, Any]:
+def _stowage(travel: Travel) -> dict[str, FlightValue]:
     stowage = stowage_of(travel.linkage, travel.setup.density)
     sides = zip(("stowed_length", "stowed_width", "stowed_height"), stowage.packed.sides, strict=True)
     return {**dict(sides), "area_per_volume": stowage.area_per_volume, "mass": stowage.mass}
@@ -92,12 +92,12 @@ def _floating_base(travel: Travel) -> FloatingBase:
     return FloatingBase(travel.setup.base_mass, travel.setup.base_inertia)
 
 
-def _modes(travel: Travel) -> dict[str, Any]:
+def _modes(travel: Travel) -> dict[str, FlightValue]:
     modes = modes_of(travel)
     return {"deployed_hz": modes.deployed_hz, "soft_modes": modes.soft_modes}
 
 
-def _latches(travel: Travel) -> dict[str, Any]:
+def _latches(travel: Travel) -> dict[str, FlightValue]:
     """Return bounds of the torque of latches, and of the impulse that the root takes at an arrival."""
     setup = travel.setup
     bounds = latch_bounds(
@@ -114,7 +114,7 @@ def _latches(travel: Travel) -> dict[str, Any]:
     return {"latch_torque": bounds.torque, "latch_impulse": bounds.base_moment}
 
 
-def _margins(margins: MarginFigures, travel: Travel) -> dict[str, Any]:
+def _margins(margins: MarginFigures, travel: Travel) -> dict[str, FlightValue]:
     whole, failed = margins
     if whole.value is None or math.isinf(whole.value):  # nothing resists, and springs drive at every state
         return {"torque_margin_failed": _finite(failed.value)}
@@ -126,16 +126,16 @@ def _margins(margins: MarginFigures, travel: Travel) -> dict[str, Any]:
     }
 
 
-def _shape(travel: Travel) -> dict[str, Any]:
+def _shape(travel: Travel) -> dict[str, FlightValue]:
     shape = shape_errors(travel.linkage, tolerances_of(travel), root_of(travel))
     return {
         "self_stresses": shape.self_stresses,
-        "flatness": shape.flatness_per_rad,
+        "flatness_mm_per_mrad": shape.flatness_per_rad,
         "tilt": shape.tilt_per_rad,
     }
 
 
-def _clearance(travel: Travel) -> dict[str, Any]:
+def _clearance(travel: Travel) -> dict[str, FlightValue]:
     """Return the least gap over the tolerances at all times; none without tolerances."""
     tolerances = tolerances_of(travel)
     found = None if tolerances.are_zero else _course(travel)
@@ -145,7 +145,7 @@ def _clearance(travel: Travel) -> dict[str, Any]:
     return {"clearance_ratio": None if ratio is None else ratio.ratio}
 
 
-def _craft(travel: Travel) -> dict[str, Any]:
+def _craft(travel: Travel) -> dict[str, FlightValue]:
     """Return the least gap to the craft at all times; none without a craft."""
     craft = travel.hardware.craft
     found = _course(travel) if craft else None

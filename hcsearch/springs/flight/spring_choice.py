@@ -128,15 +128,15 @@ def _of_own(travel: Travel, setup: Setup) -> Setup:
 
 def _spring_rule(travel: Travel, rules: Rules, *, measured: bool) -> SpringRule:
     """Return what springs have to satisfy along a travel."""
-    if rules.motorisation is None:
+    if "motorisation" not in rules.given:
         raise HcsearchError(f"{rules.standard} asks for no torque of springs: name rules with a table [motorisation]")
     if travel.source == "none":
         raise HcsearchError("springs are chosen along a motion: name a folding that moves")
-    friction, harness = rules.motorisation.weights(measured=measured)
-    resistance = travel.hardware.friction + harness / friction * travel.hardware.harness
+    resistance = rules.resistance(travel.hardware, measured=measured)
     if not resistance.any():
         raise HcsearchError("nothing resists the springs: give friction or harness in the scene, or --friction 0.001")
-    return SpringRule(travel.rates, resistance, friction, _groups(travel), redundant=rules.redundancy is not None)
+    required, _ = rules.weights(measured=measured)
+    return SpringRule(travel.rates, resistance, required, _groups(travel), redundant="redundancy" in rules.given)
 
 
 def _groups(travel: Travel) -> WholeNumbers:

@@ -12,9 +12,9 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.envelopes import envelope_sides
 from hcsearch.shape.least_rectangles import least_rectangle
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.flight.craft import craft_corners, placed_solids
 from hcsearch.springs.flight.flight_figures import root_of
 from hcsearch.springs.flight.flight_sheet import FlightSheet, Sensitivity
+from hcsearch.springs.flight.moving_room import craft_corners, placed_solids
 from hcsearch.springs.flight.travel import Travel
 from hcsearch.system.terminal import short_number
 from hcsearch.web.report.plots import DrawnPlot, PlotCurve, draw_plot

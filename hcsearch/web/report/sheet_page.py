@@ -10,9 +10,8 @@ from markupsafe import Markup
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.springs.flight.flight_figures import root_of
-from hcsearch.springs.flight.flight_sheet import FlightSheet
-from hcsearch.springs.flight.sheet_texts import RULE_HEADS, demand_cells, rule_cells, spring_cells
-from hcsearch.springs.flight.swept_volume import swept_box
+from hcsearch.springs.flight.flight_sheet import RULE_HEADS, FlightSheet, demand_cells, rule_cells, spring_cells
+from hcsearch.springs.flight.moving_room import swept_box
 from hcsearch.springs.flight.travel import Travel
 from hcsearch.store.columns import FLIGHT_QUANTITIES
 from hcsearch.web.player.player_page import as_script
