@@ -12,7 +12,7 @@ from hcsearch.designs.grid.tilings import Cell, Grid
 from hcsearch.system.reading import read_text_file
 
 _CELL_SIGNS = "X#O1"
-"""Signs for cells in drawings, of which a drawing has one; 0 is an empty place in drawings of 1."""
+"""Signs for cells, one of them in each drawing; 0 is an empty place in drawings of 1."""
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?")
 _MAX_COORDINATE = 1e9
 _COORDINATES = ("x", "y", "q", "r", "u", "k")
@@ -63,7 +63,7 @@ def array_in_file(grid: Grid, path: str) -> Array:
 
 
 def refuse_strange_row(rows: Mapping[int, str], kind: str) -> None:
-    """Refuse rows of which some are drawn and others have further signs: NotationError with the first of the latter.
+    """Refuse rows where some are drawn and others have further signs: NotationError with the first of the latter.
 
     rows : by their numbers. kind : row or line. Rows of digits are drawn only where no row has several words, as cells.
     """
@@ -77,7 +77,7 @@ def refuse_strange_row(rows: Mapping[int, str], kind: str) -> None:
 
 
 def _marks(text: str) -> set[str]:
-    """The signs of a drawing, without those of empty places and between rows; a text of other signs has more."""
+    """The signs of cells in a drawing, without empty places and breaks of rows; a text of other signs has more."""
     return set(re.sub(r"[\s./\ufeff]", "", text).upper())
 
 

@@ -15,7 +15,7 @@ class Sequence:
     number : its number, such as A036418. grid : the name of the grid. array : the arrays that it counts on, as
     specifications with letters for sizes; '' for all arrays of n cells. counts : `circuits`, or `classes` of these.
     term : the count as a term of the sequence. lattice : the graph of cells, as it is known to mathematicians.
-    offset, leading : of sequences of all arrays, the first index, and the terms before those of three cells, with
+    offset, leading : for sequences of all arrays, the first index, and the terms for less than three cells, with
     spaces; both are texts.
     """
 

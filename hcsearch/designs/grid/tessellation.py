@@ -1,7 +1,7 @@
 """Edge tessellations: the kinds of cells, the lattice and the steps that follow from one polygon by reflections.
 
-Coordinates are whole numbers on two axes that enclose 60 or 90 degrees. All symmetries of the axes fix the origin;
-those of a tiling are all of them, so that the origin is a centre of its greatest symmetry.
+Coordinates are whole numbers on two axes that enclose 60 or 90 degrees. All symmetries of the axes fix the origin, and
+all are symmetries of a tiling, so that the origin is a centre of its greatest symmetry.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def square_of(vector: LatticePoint, axes: int) -> int:
 def tessellation_of(polygon: Polygon, axes: int) -> Tessellation:
     """Tessellate the plane by reflections of a polygon, given by its corners, counterclockwise.
 
-    The lattice cell of a kind is the one nearest to the origin; of several, the one between the two translations.
+    The cell of a kind is the translate nearest to the origin; ties go to the half-open cell between the translations.
     """
     cells = _reflections(polygon, axes)
     home = middle_of(polygon)
@@ -137,7 +137,7 @@ def _reflections(polygon: Polygon, axes: int) -> dict[LatticePoint, Polygon]:
 
 
 def _place(middle: LatticePoint, lattice: tuple[LatticePoint, LatticePoint], axes: int) -> LatticePoint:
-    """The translate of a middle that is nearest to the origin; of several, the one between the translations."""
+    """The translate of a midpoint nearest to the origin; ties go to the half-open cell between the translations."""
     (a, b), (c, d) = lattice
     det = a * d - b * c
     x, y = middle

@@ -282,8 +282,8 @@ class Grid:
     def row_moves(self) -> list[list[tuple[int, int, int, int]]]:
         """Moves in `Array.rows` by the image of each step under each element of the point group.
 
-        The first numbers are increments of column and row, the others column and row from which the step starts, within
-        those of its lattice point.
+        The first numbers are increments of column and row, the others column and row from which the step starts,
+        counted within its lattice point.
         """
         moves = []
         for (kind, _), (x, y) in zip(self.step_kinds, self.steps, strict=True):

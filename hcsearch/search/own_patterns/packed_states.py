@@ -49,8 +49,7 @@ MAX_DRAWN_OPENING = 0.02
 SHADOW_OVERLAP_SHARE = 1e-3
 """Panels overlap, seen from above, where they share more than this share of a panel's area."""
 MOVED_OVERLAP_FACTOR = 50.0
-"""In rounded drawings panels that lie beside each other share more: up to this times the distance over the size by
-which points are moved."""
+"""Allowed overlap of neighbours in rounded drawings, per relative distance by which points were moved."""
 MAX_NAMED = 8
 """Greatest number of hinges, or of panels, that a message names."""
 MIN_TOLD_TURN, MAX_STATED_TURN = 0.01, 20.0

@@ -15,7 +15,7 @@ from hcsearch.search.stages.statuses import folding_statuses
 
 
 def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
-    from hcsearch.springs.flight.flight_batch import flight_of_foldings  # noqa: PLC0415 - its kernels take seconds to load
+    from hcsearch.springs.flight.flight_figures import flight_of_foldings  # noqa: PLC0415 - loads slowly
 
     assert designs.motion is not None
     assert designs.deployment is not None

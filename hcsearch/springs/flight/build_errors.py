@@ -60,8 +60,8 @@ class ErrorMap(ByValue):
     """The flat state of a built array as a linear map of its errors.
 
     An error is one column. The first n_hinges are the angles (rad); then come, for each hinge, the shifts (m) of the
-    axis at the start and at the end of the hinge, in the plane, then out of it: those on its first panel less those on
-    its second; then the thickness of each panel (m).
+    axis at the start and at the end of the hinge, in the plane, then out of it: shifts on its first panel less shifts
+    on its second; then the thickness of each panel (m).
 
     bounds : (n_columns,), the greatest of each error. deviations : (n_columns,), its standard deviation where it is
     evenly spread within its tolerance. twists : (n_panels, 6, n_columns), the turn (rad) of each panel relative to the
@@ -109,8 +109,8 @@ class ErrorMap(ByValue):
     def second_order(self) -> tuple[Reals, Reals, Reals]:
         """Return bounds of what the linear map leaves out, at the bounds of all errors.
 
-        For each panel, of turns about level axes and of the rise over the radius; for each loop, of the same; for each
-        loop, of the turn about the upright axis and of level shifts over the radius.
+        First for each panel, and then for each loop: turns about level axes and the rise over the radius. Last for each
+        loop: the turn about the upright axis and level shifts over the radius.
         """
         odd = np.linalg.norm(self.hinge_twists[:, [0, 1, 5]], axis=1) @ self.bounds
         even = (np.abs(self.hinge_twists[:, 2]) + np.linalg.norm(self.hinge_twists[:, 3:5], axis=1)) @ self.bounds
@@ -137,7 +137,7 @@ def _left_out(odd: Reals, even: Reals) -> Reals:
 def error_map(linkage: Linkage, tolerances: BuildTolerances, root: int) -> ErrorMap:
     """Return the errors of a built array as a linear map; root : the panel to which places refer.
 
-    HcsearchError where the tolerances are not those of the linkage's hinges, or there is no such panel.
+    HcsearchError where the linkage has another number of hinges than the tolerances, or no such panel.
     """
     pattern = linkage.pattern
     if not 0 <= root < linkage.n_panels:

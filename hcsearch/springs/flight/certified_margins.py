@@ -198,7 +198,7 @@ def _joined(rows: Reals) -> list[Reals]:
 
 
 class _Bounding:
-    """Bounds of the margins at all closed states in intervals of a path; arguments as of `certified_margin`."""
+    """Bounds of the margins at all closed states in intervals of a path; arguments as in `certified_margin`."""
 
     def __init__(
         self,

@@ -1,6 +1,6 @@
 """Frequencies and modes of a flat array of rigid panels on latched hinges.
 
-With closure Jacobian A in the flat state and a basis B of its kernel, modes are those of
+With closure Jacobian A in the flat state and a basis B of its kernel, modes are the solutions x, w of
 
     B' (K + G) B x = w^2 B' M B x,
 
@@ -25,7 +25,7 @@ from hcsearch.springs.flight.panel_rates import FloatingBase, panel_rates
 from hcsearch.springs.flight.torque_margin import closed_rates
 
 SOFT_EIGENVALUE_SHARE = 1e-10
-"""Eigenvalues below this share of the greatest count as those of modes without stiffness; rounding is 1e-14."""
+"""Modes with eigenvalues below this share of the greatest count as modes without stiffness; rounding is 1e-14."""
 BALANCE_TOLERANCE = 1e-6
 """Share of moments of hinges (of their norm) that loops may leave without balance."""
 
@@ -34,8 +34,8 @@ BALANCE_TOLERANCE = 1e-6
 class DeployedModes(ByValue):
     """Modes of the flat array, from the lowest eigenvalue.
 
-    eigenvalues : (m,), w^2, 1/s^2; those of soft modes are 0 up to rounding, or negative where moments in hinges make
-    the flat state unstable. rates : (m, n_hinges), fold angles of each mode, with kinetic energy 1/2 at unit speed.
+    eigenvalues : (m,), w^2, 1/s^2; 0 for soft modes up to rounding, or negative where moments in hinges make the flat
+    state unstable. rates : (m, n_hinges), fold angles of each mode, with kinetic energy 1/2 at unit speed.
     panels : (m, n_panels, 6), turn (rad) and displacement of the centre (m) of each panel, in the axes of the base of
     the linkage. soft_modes : number of modes without stiffness.
     """
@@ -53,7 +53,7 @@ class DeployedModes(ByValue):
 
     @property
     def deployed_hz(self) -> float | None:
-        """The first frequency above those of soft modes, Hz; None where nothing has stiffness or can move.
+        """The first frequency of a mode that is not soft, Hz; None where nothing has stiffness or can move.
 
         A lower bound if there are no soft modes; with some, only if each of them belongs to a true motion.
         """
@@ -97,7 +97,7 @@ def deployed_modes(
 ) -> DeployedModes:
     """Compute the modes of a flat array.
 
-    stiffness : (n_hinges,), N m/rad, as of `flat_stiffness`. density : of the panels, kg/m^3. root : the panel that is
+    stiffness : (n_hinges,), N m/rad, from `flat_stiffness`. density : of the panels, kg/m^3. root : the panel that is
     held, or that floats with a base. base : None where the root is held. moments : (n_hinges,), N m, that hinges have
     in the flat state and that loops balance, see `geometric_stiffness`; none unless given.
     HcsearchError for numbers of hinges that differ, and for moments without balance.

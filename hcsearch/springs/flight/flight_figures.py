@@ -1,16 +1,29 @@
-"""The figures of one folding, from its travel: what a scene does not need is left out."""
+"""The figures of a folding from its travel, and of a batch of foldings: what a scene does not need is left out."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
-from hcsearch.basics.array_values import Reals
+from hcsearch.basics.array_values import Flags, Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.designs.records import FlightNumbers, FlightValue
+from hcsearch.basics.vocabulary import Way
+from hcsearch.designs.folding import Folding, folding_at
+from hcsearch.designs.records import (
+    CircuitBatch,
+    DeploymentBatch,
+    FlightNumbers,
+    FlightValue,
+    FoldingBatch,
+    MotionBatch,
+    Trial,
+)
 from hcsearch.kernels.collision.intervals import Course
+from hcsearch.scenes import Scene, panel_of
+from hcsearch.scenes.scene_file import read_scene_text, scene_in
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.build_errors import BuildTolerances
@@ -23,14 +36,14 @@ from hcsearch.springs.flight.panel_rates import FloatingBase
 from hcsearch.springs.flight.path_margins import PathMargins, margins_along
 from hcsearch.springs.flight.shape_errors import shape_errors
 from hcsearch.springs.flight.stowage import stowage_of
-from hcsearch.springs.flight.travel import Travel
+from hcsearch.springs.flight.travel import Travel, travel_along, travel_by_springs
 from hcsearch.store.columns import FLIGHT_QUANTITIES
 from hcsearch.system.work_steps import work_step
 
 
 @work_step("computing the figures of the motion")
 def figures_of(travel: Travel, margins: MarginFigures | None = None) -> FlightNumbers:
-    """Return the figures of a folding in a scene; those of its motion only where there is one.
+    """Return the figures of a folding in a scene; figures of its motion only where there is one.
 
     margins : of `least_margins`, where they are known.
     """
@@ -163,3 +176,36 @@ def _course(travel: Travel) -> tuple[Course, float] | None:
 
 def _finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
+
+
+def flight_of_foldings(
+    circuits: CircuitBatch,
+    foldings: FoldingBatch,
+    chosen: Flags,
+    motion: MotionBatch,
+    deployment: DeploymentBatch,
+    scene: Scene,
+) -> tuple[FlightNumbers | None, ...]:
+    """Return the figures of the chosen foldings of a batch in a scene, None for the others.
+
+    The motion of a folding is its deployment where springs open it, with the springs and joints that do, else its
+    proved path.
+    """
+    batch = [folding_at(circuits, foldings, i) for i in range(len(foldings))]
+    deploying = {trial.folding: trial for trial in reversed(deployment.trials) if trial.status == "deploys"}
+    return tuple(
+        figures_of(_travel(folding, scene, motion, i, deploying.get(i))) if chosen[i] else None
+        for i, folding in enumerate(batch)
+    )
+
+
+def _travel(folding: Folding, scene: Scene, motion: MotionBatch, i: int, trial: Trial | None) -> Travel:
+    """Return the travel of a folding of the batch by the motion that decides its status."""
+    panel = panel_of(scene, folding.circuit.grid.name)
+    if trial is not None:
+        tried = scene_in(read_scene_text(trial.values, f"the scene {trial.scene!r}"), grid=folding.circuit.grid.name)
+        return travel_by_springs(folding.linkage(panel, flat_pairs=trial.pairs), replace(tried, name=trial.scene))
+    way = motion.flat_pairs[i]
+    if way is None:
+        return travel_along(folding.linkage(panel, flat_pairs=scene.flat_pairs[0]), scene)
+    return travel_along(folding.linkage(panel, flat_pairs=cast("Way", way)), scene, motion.paths[i])

@@ -26,7 +26,7 @@ SENSITIVITY_HEADS = ("value of the scene", "figure", "20 % less", "20 % more")
 _STYLES = {"text": ("simple", "{}"), "markdown": ("pipe", "## {}"), "latex": ("latex_booktabs", "\\subsection*{{{}}}")}
 """Tables as tabulate draws them, which escapes their texts, and headings."""
 _LAW_DIGITS = 6
-"""Significant digits of springs that pass: more than of other values, as some of these springs only just pass."""
+"""Significant digits of springs that pass: more than of other values, as some springs only just pass."""
 SHEET_STYLES = tuple(_STYLES)
 """Text formats of a sheet; those for LaTeX need the package booktabs."""
 SheetVerdict = Literal["pass", "fail", "not known"]
@@ -130,8 +130,8 @@ class FlightSheet:
     omitted
         Sentences on what was left out.
     springs
-        Hinge and law of springs with which the motorisation passes along the same motion, where those of the scene do
-        not pass.
+        Hinge and law of springs with which the motorisation passes along the same motion, where the springs of the
+        scene do not pass.
     advice
         A sentence on springs that do not pass; empty where they do.
     dampers

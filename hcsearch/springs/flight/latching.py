@@ -28,7 +28,7 @@ from hcsearch.springs.flight.torque_margin import closed_rates
 RESTING_RATE_SHARE = 1e-6
 """Share of the greatest rate below which a hinge at a stop is taken to rest there."""
 INERTIA_TOLERANCE = 1e-9
-"""Inverse inertias of hinges that arrive together count as zero below this share of the greatest."""
+"""Inverse inertias of hinges that arrive together are zero below this share of the greatest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ def latch_bounds(
     energy = released_energy(laws, start)
     if base is None and any(gravity):
         centres = panel_rates(linkage, density, root, start).centres
-        # gravity is given in the axes of the root, places in those of the base of the linkage
+        # gravity is given in the axes of the root, places in the axes of the base of the linkage
         arms = (centres - centres[root]) @ linkage.poses(start)[root, :, :3]
         energy += float((masses * (np.linalg.norm(gravity) * reach - arms @ np.array(gravity, float))).sum())
     preloads = np.array([max(0.0, law.straight.moment(0.0)) for law in laws])
@@ -147,8 +147,8 @@ def _turning_angles(branch: LawBranch) -> list[float]:
 def panel_reach(linkage: Linkage, root: int, centres: Reals) -> Reals:
     """Return how far the centre of each panel can be from that of the root, however hinges are folded, (n_panels,), m.
 
-    centres : (n_panels, 3), of the flat array. The way leads through the middles of hinges, of which no panel changes
-    the distances.
+    centres : (n_panels, 3), of the flat array. The way leads through the middles of hinges, whose distances no panel
+    changes.
     """
     tree = hinge_tree(linkage.pattern, root)
     ways, reach = np.zeros(linkage.n_panels), np.zeros(linkage.n_panels)

@@ -33,7 +33,7 @@ from hcsearch.springs.flight.travel import Travel, states_at
 GAP_STATES, NEAREST_GAP_SHARE = 12, 0.01
 """Number of states that are tried in gaps at both ends of a motion, in geometric progression, and the nearest one."""
 COURSE_STATES, CLOSER_ROUNDS, CLOSER_STATES = 1000, 3, 16
-"""Number of states, at equal times, of which those in gaps are tried; rounds in which some more are tried beside the
+"""Number of states at equal times, tried where they lie in gaps; rounds in which some more states are tried beside the
 least one of a motion without bounds, and how many."""
 FigureKind = Literal["proved", "sampled", "simulated"]
 """How a figure is known: for all states beside a proved path; at some states of a path; or along a simulated motion."""
@@ -122,7 +122,7 @@ def _bounded(
 class _Tried(NamedTuple):
     """Margins at k more states: their times, and with all springs and with one failed, (2, k).
 
-    margins : of what is not known lower bounds, or infinite where it is left out. hinges : as of `PathMargins`.
+    margins : lower bounds where one is not known, or infinite where it is left out. hinges : as in `PathMargins`.
     """
 
     times: Reals
@@ -135,7 +135,7 @@ class _Tried(NamedTuple):
         return _Tried(*(np.concatenate(both, axis=-1) for both in zip(self, more, strict=True)))
 
     def times_beside_least(self) -> Reals:
-        """Return times between those of the least margins and the next ones."""
+        """Return times between the least margins and the margins next to them."""
         times = np.unique(self.times)
         least = np.searchsorted(times, self.times[self.margins.argmin(axis=1)])
         before, after = times[np.maximum(least - 1, 0)], times[np.minimum(least + 1, len(times) - 1)]
@@ -146,7 +146,7 @@ class _Tried(NamedTuple):
 def _gap_times(course: Course, found: CertifiedMargin) -> Reals:
     """Return times at which margins are computed: the weakest so far, and in gaps, more at both ends of the motion.
 
-    Both ends are left out: their margins are those of states of the travel, from which it leaves, or at which it ends.
+    Both ends are left out: they are states of the travel, whose margins are known.
     """
     first, last = course.times[0], course.times[-1]
     shares, every = np.geomspace(NEAREST_GAP_SHARE, 1.0, GAP_STATES), np.linspace(first, last, COURSE_STATES + 2)[1:-1]

@@ -56,9 +56,9 @@ class NearClosedRates(ByValue):
 
     @staticmethod
     def of(linkage: Linkage, jacobians: Reals, boxes: StateBoxes, free: Flags, between: Flags) -> NearClosedRates:
-        """Return those of boxes; jacobians : (k, n_rows, n_hinges), at the middles, of `Linkage.closure`.
+        """Return the changes in boxes; jacobians : (k, n_rows, n_hinges), at the middles, of `Linkage.closure`.
 
-        free : (k, n_hinges), hinges whose rates may be corrected; between : those between their stops at the middle.
+        free : (k, n_hinges), hinges whose rates may be corrected; between : hinges between their stops at the middle.
         """
         screws, (count, _, n) = jacobians.copy(), jacobians.shape
         drifts, rests = np.zeros(screws.shape), np.zeros((count, len(linkage.loops), n))

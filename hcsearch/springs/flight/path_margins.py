@@ -30,7 +30,7 @@ from hcsearch.springs.flight.torque_margin import (
 SURELY_LEAVING_RATE = 1e-6
 """Least rate of a hinge, over that of the fastest, that surely leaves its stop."""
 STILL_RATE = 1e-12
-"""Rates below this, of unit vectors, are rounding."""
+"""Entries of unit vectors below this are rounding errors."""
 MAX_FAILURES_TRIED = 2
 """Greatest number of failed springs for which motions at an end are searched for."""
 MAX_CLIMBING_STEPS, MIN_CLIMB = 6, 1e-3
@@ -178,7 +178,7 @@ def best_rates_along(path: PathRates, torques: Reals, friction: Reals, working: 
 
 
 def _motions_at(path: PathRates, state: int, torques: Reals, friction: Reals, failures: int) -> Reals:
-    """Return known motions at a singular state, that of the path first; failures : as of `EndMotions.climbed`."""
+    """Return known motions at a singular state, the motion of the path first; failures : as in `EndMotions.climbed`."""
     motions: Reals = path.tangents[state][None]
     if state in path.ends:
         motions = np.r_[motions, path.ends[state].climbed(torques, friction, motions, failures)]
@@ -229,7 +229,7 @@ class EndMotions:
         return motions[len(known) :]
 
     def _climb(self, torques: Reals, friction: Reals, rates: Reals) -> Reals | None:
-        """Return a regular motion near given rates, or None: the last of those of ever greater margins.
+        """Return a regular motion near given rates, or None: the last of a row with ever greater margins.
 
         Each is near the one before, towards the best rates in the plane that touches the motions of second order there.
         """

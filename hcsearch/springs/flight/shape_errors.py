@@ -2,7 +2,7 @@
 
 Errors are those of `build_errors`. A built array is flat where its loops close with every hinge within the tolerance of
 its stop and its play. The greatest deviation over all such arrays is a linear program, as deviations and closure are
-linear at first order; root mean squares are those of independent errors, given that the loops close. Proofs, and in
+linear at first order; root mean squares take errors as independent, given that the loops close. Proofs, and in
 which direction each number is a bound: docs/explanation/flight.md.
 """
 
@@ -63,7 +63,7 @@ class ShapeErrors:
 def shape_errors(linkage: Linkage, tolerances: BuildTolerances, root: int) -> ShapeErrors:
     """Return the shape of a flat array as built; root : the panel against which `root_tilt` is.
 
-    HcsearchError where the tolerances are not those of the linkage's hinges, or there is no such panel.
+    HcsearchError where the linkage has another number of hinges than the tolerances, or no such panel.
     """
     built = error_map(linkage, tolerances, root)
     survey = _Survey(built)
@@ -114,8 +114,8 @@ def binding(built: ErrorMap) -> tuple[float, float]:
 def ruze_gain(rms: float, wavelength: float) -> float:
     """Return the share of its gain that a reflector keeps with random errors of its surface.
 
-    rms : m, root mean square of the errors, half of those of the path. wavelength : m. Source: J. Ruze, Proc. IEEE 54
-    (1966) 633-640.
+    rms : m, root mean square of the errors of the surface, half of the errors of the path. wavelength : m. Source: J.
+    Ruze, Proc. IEEE 54 (1966) 633-640.
     """
     if not wavelength > 0.0:
         raise HcsearchError("a wavelength is positive: give it in m")

@@ -73,8 +73,8 @@ def springs_that_pass(
 ) -> ChosenSprings:
     """Choose springs with which a folding passes the motorisation of a standard, also with one failed if it asks so.
 
-    offers : laws of springs that can be bought, of which each hinge gets one or none; without them the springs of the
-    scene get the least preloads. Mirror hinges get equal springs. The states are those of the travel: with other
+    offers : laws of springs that can be bought; each hinge gets one or none. Without offers the springs of the scene
+    get the least preloads. Mirror hinges get equal springs. Springs are judged at the states of the travel: with other
     springs a deployment takes another way, which `hcsearch sheet` reviews.
     HcsearchError where nothing resists, the standard has no motorisation, or no springs pass.
     """

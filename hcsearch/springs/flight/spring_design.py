@@ -31,7 +31,7 @@ DESIGN_TOLERANCE = 1e-7
 MAX_CATALOGUE_SECONDS = 20.0
 """Time limit of a program in whole numbers (s); its best springs so far are taken then."""
 MAX_BOUNDING_STATES = 12
-"""Number of states, those of least margin, that bound the total of preloads from below."""
+"""Number of states of least margin that bound the total of preloads from below."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +41,7 @@ class SpringRule(ByValue):
     path : its rates, at k states. friction : (n_hinges,), N m, weighted by the factors of a rule. required : the least
     torque margin. groups : (n_hinges,), the number of the spring of each hinge, from 0 on; hinges with equal numbers
     have equal springs; -1 for hinges whose springs are given. redundant : whether the margin is also required with any
-    one spring failed. guided : whether springs have to drive the array along the path itself, not only out of each of
-    its states in some direction.
+    one spring failed.
     """
 
     path: PathRates
@@ -50,7 +49,6 @@ class SpringRule(ByValue):
     required: float
     groups: WholeNumbers
     redundant: bool = False
-    guided: bool = False
 
     def __post_init__(self) -> None:
         if self.groups.shape != self.friction.shape or self.groups.max(initial=-1) < 0:
@@ -79,8 +77,6 @@ class SpringRule(ByValue):
 
         known : others, which are kept where they are better: the best motions at singular ends are not always found.
         """
-        if self.guided:
-            return np.repeat(self.path.tangents[None], len(self.working), axis=0)
         rates = best_rates_along(self.path, torques, self.friction, self.working)
         if known is None:
             return rates
@@ -117,7 +113,7 @@ class CatalogueDesign(ByValue):
     """Springs of a catalogue that pass a rule.
 
     springs : (n_hinges,), the number of the spring of each hinge in the catalogue, -1 where it is given. cost : the sum
-    of their costs. margin, rates : as of `PreloadDesign`.
+    of their costs. margin, rates : as in `PreloadDesign`.
     """
 
     springs: WholeNumbers
@@ -132,15 +128,14 @@ def least_preloads(rule: SpringRule, torques: Reals, greatest: float, *, bounded
     torques : of the springs without preloads, (k, n_hinges), N m. greatest : of a preload, N m. bounded : whether the
     lower bound is computed, which takes longest; else it is 0.
     The preloads pass, and are the least for the rates of the last round; `lower_bound` says how near they are to the
-    least of all. Of a guided array the rates are those of the path, and the preloads are the least.
+    least of all.
     HcsearchError where no preloads up to the greatest were found to pass.
     """
     fields = np.repeat(rule.members[:, None], len(torques), axis=1)
     together = np.array([1.0, 0.3, 0.1])[:, None] * rule.members.sum(axis=0)
     alone = () if rule.redundant else rule.members  # a spring that fails may not be alone
     starts = [torques + greatest * members for members in (*together, *alone)]
-    program = _Program(rule, torques, fields, rule.members.sum(axis=1), greatest)
-    found = program.run(starts)
+    found = _Program(rule, torques, fields, rule.members.sum(axis=1), greatest).run(starts)
     if found is None:
         raise HcsearchError(
             f"no preloads up to {greatest:g} N m were found with a torque margin of {rule.required:g}: allow greater "
@@ -148,14 +143,8 @@ def least_preloads(rule: SpringRule, torques: Reals, greatest: float, *, bounded
         )
     at_hinges = found.amounts @ rule.members
     ratios = rule.ratios(torques + at_hinges, found.rates)
-    total = float(at_hinges.sum())
-    lower_bound = 0.0
-    if bounded and rule.guided:  # the rates are given, so that the linear program is all
-        exactly = program.least_for(found.rates, rule.required)
-        lower_bound = 0.0 if exactly is None else float(program.costs @ exactly)
-    elif bounded:
-        lower_bound = _least_total(rule, torques, ratios)
-    return PreloadDesign(at_hinges, total, lower_bound, float(ratios.min()), found.rates)
+    lower_bound = _least_total(rule, torques, ratios) if bounded else 0.0
+    return PreloadDesign(at_hinges, float(at_hinges.sum()), lower_bound, float(ratios.min()), found.rates)
 
 
 def choose_springs(rule: SpringRule, torques: Reals, catalogue: Reals, costs: Reals) -> CatalogueDesign:
@@ -208,14 +197,14 @@ class _Program:
         return next((settled for found in ends if (settled := self._settled(found)) is not None), None)
 
     def _settled(self, found: _Found) -> _Found | None:
-        """Return amounts that pass by the best rates found for them alone, not by those of other rounds, or None."""
+        """Return amounts that pass by the best rates found for them alone, not by rates of other rounds, or None."""
         for number in range(MAX_SETTLING_ROUNDS):
             torques = self._torques_of(found.amounts)
             rates = self.rule.best_rates(torques)
             if self.rule.ratios(torques, rates).min() >= self.rule.required:
                 return _Found(found.amounts, rates)
             raised = self.rule.required * (1.0 + DESIGN_TOLERANCE) * RAISE ** max(0, number - EXACT_ROUNDS)
-            amounts = self.least_for(rates, raised)
+            amounts = self._least_for(rates, raised)
             if amounts is None:
                 return None
             found = _Found(amounts, rates)
@@ -229,14 +218,14 @@ class _Program:
         """Yield amounts of ever lower cost, each the least for the best rates of the one before."""
         cost, rates = np.inf, self.rule.best_rates(start)
         for _ in range(MAX_DESIGN_ROUNDS):
-            amounts = self.least_for(rates, self.rule.required * (1.0 + DESIGN_TOLERANCE))
+            amounts = self._least_for(rates, self.rule.required * (1.0 + DESIGN_TOLERANCE))
             if amounts is None or self.costs @ amounts > cost * (1.0 - DESIGN_TOLERANCE):
                 return
             yield _Found(amounts, rates)
             cost = float(self.costs @ amounts)
             rates = self.rule.best_rates(self._torques_of(amounts), rates)
 
-    def least_for(self, rates: Reals, required: float) -> Reals | None:
+    def _least_for(self, rates: Reals, required: float) -> Reals | None:
         """Return the amounts of least cost with which given rates have a ratio in all cases, or None."""
         from scipy.optimize import Bounds, LinearConstraint, milp  # noqa: PLC0415 - loads slowly
 
@@ -265,7 +254,7 @@ class _Program:
 
 
 def _least_total(rule: SpringRule, torques: Reals, ratios: Reals) -> float:
-    """Return a lower bound of the sum of preloads that satisfy a rule: the greatest of those of single states.
+    """Return a lower bound of the sum of preloads that satisfy a rule: the greatest bound of a single state.
 
     ratios : of a design that satisfies it, (n_cases, k); the states are those where they are least.
     """
@@ -296,7 +285,7 @@ def _least_total_at(rule: SpringRule, torques: Reals, case: int, state: int) -> 
     for members in rule.members:
         power = np.r_[np.zeros(m), members * working, -members * working]
         table, ends = np.r_[closed, power[None]], np.r_[np.zeros(n), 1.0]
-        # its presolve takes some of these for neither bounded nor unbounded, and says so on standard output
+        # its presolve takes some programs for neither bounded nor unbounded, and says so on standard output
         found = linprog(cost, A_eq=table, b_eq=ends, bounds=bounds, options={"presolve": False})
         if found.status == 0:
             least = min(least, max(0.0, float(found.fun)) * float(members.sum()))

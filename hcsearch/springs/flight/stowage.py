@@ -45,7 +45,7 @@ class UprightBox:
     def room_in(self, envelope: str) -> float:
         """Return how much longer each side could be at least in an envelope, m; negative where the box does not fit.
 
-        envelope : a name or lengths in mm. Sides are parallel to those of the envelope: sorted, none must be longer.
+        envelope : a name or lengths in mm. Sides are parallel to its sides: sorted, none must be longer.
         """
         pairs = zip(sorted(self.sides), sorted(envelope_sides(envelope)), strict=True)
         return round(min(1e-3 * room - side for side, room in pairs), 9) + 0.0

@@ -7,8 +7,9 @@ With torques tau of springs and friction f >= 0 the torque margin is
 
 where the second condition is left out on the side on which a hinge presses against a stop. Springs move the array, in
 some direction, exactly where friction is less than k times f. Rates v bound k from below and wrenches y from above, so
-that both together certify it. Where those of the fast kernel do not meet, HiGHS solves the program again; where its own
-do not meet either, the margin is known to lie between both only. Proofs: docs/explanation/flight_margins.md, 1 to 3.
+that both together certify it. Where both bounds of the fast kernel do not meet, HiGHS solves the program again; where
+its bounds do not meet either, the margin is known to lie between them only. Proofs:
+docs/explanation/flight_margins.md, 1 to 3.
 
 Torques and rates are positive where they open a hinge: laws of springs give such torques, and fold angles fall.
 Requirements: ECSS-E-ST-33-01C, 4.7.5.3, whose factors belong in f and in tau.
@@ -73,7 +74,7 @@ class ClosedRates(ByValue):
     ranks: WholeNumbers
 
     def take(self, states: WholeNumbers) -> ClosedRates:
-        """Return those of some of the states."""
+        """Return the closed rates of some of the states."""
         return ClosedRates(*(values[states] for values in vars(self).values()))
 
     @property
@@ -107,7 +108,7 @@ class FailedMargins(ByValue):
 
     @staticmethod
     def none_of(count: int) -> FailedMargins:
-        """Return those of states at which no spring has a torque."""
+        """Return the margins of states at which no spring has a torque."""
         return FailedMargins(np.zeros(count), np.zeros(count), np.ones(count, bool), np.full(count, -1))
 
     def take_less(self, states: WholeNumbers, hinges: WholeNumbers, found: TorqueMargins) -> None:

@@ -111,7 +111,7 @@ def _before_motion(counts: StageCounts, among: _Among) -> str:
 
 @dataclass(frozen=True)
 class _Among:
-    """The designs of which some are counted: their number and what they are called."""
+    """The designs among which some are counted: their number and what they are called."""
 
     total: int
     kind: str
@@ -122,7 +122,7 @@ class _Among:
 
     @property
     def none_known(self) -> str:
-        """Subject and verb of a sentence on designs of which none is known to open."""
+        """Subject and verb of a sentence that no design is known to open."""
         return f"The {self.kind} is not known to open" if self.total == 1 else f"None of {self.all} is known to open"
 
     def text(self, count: int, verb: str = "open") -> str:
