@@ -104,7 +104,7 @@ def test_a_fault_is_none_of_the_verdicts(run, tmp_path):
         "check": ("hcsearch.search.own_patterns.single_circuits:check_circuit", "square:0123"),
         "tune": ("hcsearch.springs.tuning.spring_tuning:tune_springs", "hex:0234550132:4"),
         "drive": ("hcsearch.springs.drive.driven_folding:drive_along", "hex:0234550132:4"),
-        "motion": ("hcsearch.motion.paths.branch_following:follow_branch", "hex:0234550132:4"),
+        "motion": ("hcsearch.motion.paths.branches:follow_branch", "hex:0234550132:4"),
     }
     for command, (broken, name) in words.items():
         module, _, function = broken.partition(":")

@@ -55,7 +55,7 @@ from hcsearch.kernels.planning.series import centre_screws, write_series
 from hcsearch.kernels.planning.space import new_space_work, new_state_stack, pick_state, place_state
 from hcsearch.kernels.planning.tree_search import fan_out, new_tree, search_trees
 from hcsearch.kernels.planning.tubes import new_track, polishing_residual, prove_tube
-from hcsearch.motion.collision.shrunk_plates import plates_of
+from hcsearch.motion.collision.panel_prisms import plates_of
 from hcsearch.motion.locks.enclosures import enclose_ends
 from hcsearch.motion.planning.motion_search import plan_motion
 from hcsearch.motion.planning.planner import Planner

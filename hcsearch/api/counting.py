@@ -15,7 +15,7 @@ from hcsearch.designs.grid.sequences import polygon_sequence
 from hcsearch.search.enumeration import ArraySearch, Search, count_array
 from hcsearch.search.enumeration.frontier_counts import expected_circuits
 from hcsearch.search.enumeration.growth import POLYGON_EXPONENT, Growth, fit_growth
-from hcsearch.search.pipeline import DesignCount, count_designs, counting_seconds, duration_text
+from hcsearch.search.pipeline import DesignCount, WorkerPool, count_designs, counting_seconds, duration_text
 from hcsearch.system.work_steps import Announcement, Progress, part_of_progress, parts_of_work
 
 if TYPE_CHECKING:
@@ -192,27 +192,22 @@ def count(
     [(6, 15, 4), (8, 123, 16), (10, 1212, 120)]
     """
     check_kinds(count, locals())
-    if isinstance(n, Sequence):
-        if array is not None:
-            raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
-        return _count_sizes(grid, n, keep, jobs, scheduler, progress, announce)
-    return _count_one(grid, n, array, keep, jobs, scheduler, progress, announce)
+    if not isinstance(n, Sequence):
+        search = chosen_search(grid, n, array, keep)
+        return _counted(search, keep, chosen_workers(jobs, scheduler), progress, announce)
+    if array is not None:
+        raise HcsearchError("give either --n N (every array of N cells) or --array SPEC (one array)")
+    searches = _searches(grid, n, keep)
+    pairs = _pairs(searches, keep, chosen_workers(jobs, scheduler), progress, announce)
+    return CountTable(searches[0].grid.name, keep, tuple(_rows(list(pairs), keep)))
 
 
-def _count_one(
-    grid: str | Grid | None,
-    n: int | None,
-    array: str | Array | None,
-    keep: Keep,
-    jobs: int | None,
-    scheduler: str | None,
-    progress: Progress | None,
-    announce: Announcement | None,
+def _counted(
+    search: Search, keep: Keep, crew: WorkerPool, progress: Progress | None, announce: Announcement | None
 ) -> CircuitCount:
     """Count the circuits of one search."""
-    search, crew = chosen_search(grid, n, array, keep), chosen_workers(jobs, scheduler)
     is_single_array = isinstance(search, ArraySearch) and keep == "all"
-    if scheduler is not None and is_single_array:
+    if crew.scheduler is not None and is_single_array:
         raise HcsearchError("circuits of one array are counted in this process: leave out --scheduler")
     crew.check_cluster()
     seconds = None if keep == "all" else counting_seconds(search)
@@ -227,16 +222,8 @@ def _count_one(
     return CircuitCount(search, keep, counted.circuits, counted.classes)
 
 
-def _count_sizes(
-    grid: str | Grid | None,
-    sizes: Sequence[int],
-    keep: Keep,
-    jobs: int | None,
-    scheduler: str | None,
-    progress: Progress | None,
-    announce: Announcement | None,
-) -> CountTable:
-    """Count the circuits of several n; sizes out of reach are refused before anything is counted."""
+def _searches(grid: str | Grid | None, sizes: Sequence[int], keep: Keep) -> list[Search]:
+    """Return the searches of several n, in order; sizes out of reach are refused before anything is counted."""
     ordered = sorted(set(sizes))
     if not ordered:
         raise HcsearchError("there is no n to count: give at least one, such as range(6, 17)")
@@ -247,22 +234,25 @@ def _count_sizes(
     if len(sizes) > len(ordered):
         twice = next(n for n in ordered if list(sizes).count(n) > 1)
         raise HcsearchError(f"n = {twice} is given twice: give each number once")
+    return searches
 
-    def counted(n: int, kept: Keep, begin: float, end: float) -> CircuitCount:
-        show = None if progress is None else part_of_progress(progress, begin, end, name=f"n = {n}", unit="batch")
-        return _count_one(grid, n, None, kept, jobs, scheduler, show, announce)
 
-    pairs = []
+def _pairs(
+    searches: Sequence[Search], keep: Keep, crew: WorkerPool, progress: Progress | None, announce: Announcement | None
+) -> Iterator[tuple[CircuitCount | None, CircuitCount]]:
+    """Yield the counts of all circuits, where that takes seconds, and of those kept."""
     parts = parts_of_work(expected_circuits(search.grid, search.n) for search in searches)
     for search, (begin, end) in zip(searches, parts, strict=True):
-        chosen = counted(search.n, keep, begin, end)
+        name = f"n = {search.n}"
+        show = None if progress is None else part_of_progress(progress, begin, end, name=name, unit="batch")
+        chosen = _counted(search, keep, crew, show, announce)
         everything: CircuitCount | None = chosen
         if keep != "all":
-            alone = chosen_search(grid, search.n, None, "all")
+            alone = chosen_search(search.grid, search.n, None, "all")
             few = alone.expected is not None and alone.expected < _LISTED_BESIDE
-            everything = counted(search.n, "all", end, end) if few else None
-        pairs.append((everything, chosen))
-    return CountTable(searches[0].grid.name, keep, tuple(_rows(pairs, keep)))
+            rest = None if progress is None else part_of_progress(progress, end, end, name=name, unit="batch")
+            everything = _counted(alone, "all", crew, rest, announce) if few else None
+        yield everything, chosen
 
 
 def _rows(pairs: Sequence[tuple[CircuitCount | None, CircuitCount]], keep: Keep) -> Iterator[CountRow]:

@@ -14,7 +14,7 @@ from hcsearch.basics.vocabulary import Until, Way
 from hcsearch.cases.case import Case, CaseSubject
 from hcsearch.cases.databases import Place
 from hcsearch.cases.resolve import resolve
-from hcsearch.motion.paths.branch_following import follow_branch
+from hcsearch.motion.paths.branches import follow_branch
 from hcsearch.motion.paths.linkage_motion import LinkageMotion, row_step
 from hcsearch.motion.paths.start_states import resolve_start
 from hcsearch.scenes import Scene

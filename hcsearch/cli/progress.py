@@ -38,27 +38,18 @@ class _Repeated:
     """A function that a thread calls again and again while work is under way; intervals in seconds."""
 
     def __init__(self, show: Callable[[], None], first: float, interval: float) -> None:
-        self._show, self._first, self._interval = show, first, interval
         self._over = threading.Event()
-        self._thread: threading.Thread | None = None
-
-    def start(self) -> None:
-        if self._thread is None:
-            self._over.clear()
-            self._thread = threading.Thread(target=self._run, daemon=True)
-            self._thread.start()
+        self._thread = threading.Thread(target=self._run, args=(show, first, interval), daemon=True)
+        self._thread.start()
 
     def end(self) -> None:
         self._over.set()
-        if self._thread is not None:
-            self._thread.join()
-            self._thread = None
+        self._thread.join()
 
-    def _run(self) -> None:
-        wait = self._first
+    def _run(self, show: Callable[[], None], wait: float, interval: float) -> None:
         while not self._over.wait(wait):
-            wait = self._interval
-            self._show()
+            wait = interval
+            show()
 
 
 def _under_way() -> Any:
@@ -92,7 +83,6 @@ class _Bar:
         self._unit, self._noted = unit, False
         self._bar: tqdm[Any] | None = None
         self._compiling = _Repeated(self._show_note, _FIRST_NOTE_SECONDS, _NOTE_SECONDS)
-        self._compiling.start()
 
     def show(self, done: int, total: int, note: str) -> None:
         from tqdm import tqdm
@@ -157,7 +147,6 @@ class _Lines:
             if len(self.meters) == 1:
                 self._begun = time.monotonic()
             self._repeated = _Repeated(self._show_line, _LINE_SECONDS, _LINE_SECONDS)
-            self._repeated.start()
 
     def end(self) -> None:
         if self._repeated is not None:

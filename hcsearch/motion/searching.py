@@ -32,9 +32,9 @@ class SteppedSearch(ABC, Generic[R]):
     """A search. The same steps have the same results, whatever budget they were made for."""
 
     @property
-    @abstractmethod
     def efforts(self) -> int:
-        """Efforts made so far."""
+        """Efforts made so far; a search that ends by itself need not count them."""
+        return 0
 
     @property
     @abstractmethod

@@ -10,7 +10,7 @@ from hcsearch.motion.certificates.certificate_data import array_data
 from hcsearch.motion.certificates.certificate_grammar import Clock
 from hcsearch.motion.certificates.collision_checker import Traced, least, overlaps, pairs_of, part
 from hcsearch.motion.certificates.lock_checker import Array, Equations, centred
-from hcsearch.motion.collision.shrunk_plates import plates_of
+from hcsearch.motion.collision.panel_prisms import plates_of
 from hcsearch.motion.locks.enclosures import rings_of
 from tests.locks.test_enclosures import box_about
 from tests.locks.test_overlaps import closed_states, collide

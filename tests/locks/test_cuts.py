@@ -8,8 +8,17 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, states_in, whole_box
-from hcsearch.motion.locks.partition import MAX_RECUTS, MIN_CUT_WIDTH, BoxCuts, CutLeaf, divided_leaves, leaves_around
+from hcsearch.motion.locks.boxes import (
+    MAX_BOX_ANGLE,
+    MAX_RECUTS,
+    MIN_CUT_WIDTH,
+    BoxCuts,
+    CutLeaf,
+    divided_leaves,
+    leaves_around,
+    states_in,
+    whole_box,
+)
 
 
 def rooms(boxes):

@@ -39,8 +39,7 @@ from hcsearch.kernels.enclosure.refutation import (
 )
 from hcsearch.kernels.enclosure.wandering import MAX_WALK_STEP, random_walk
 from hcsearch.library.unit_search.elements import untwisted_foldings_of
-from hcsearch.motion.collision.panel_prisms import margin_of
-from hcsearch.motion.collision.shrunk_plates import plates_of
+from hcsearch.motion.collision.panel_prisms import margin_of, plates_of
 from hcsearch.motion.locks import enclosures, floods
 from hcsearch.motion.locks.enclosures import Enclosure, enclose_ends, rings_of
 from hcsearch.motion.locks.end_locks import lock_at

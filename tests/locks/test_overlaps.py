@@ -29,7 +29,7 @@ from hcsearch.kernels.enclosure.overlaps import (
 )
 from hcsearch.kernels.enclosure.plates import new_facet_view, view_facet
 from hcsearch.kernels.enclosure.refutation import BOX_EMPTY, refutation_with
-from hcsearch.motion.collision.shrunk_plates import plates_of, two_ways
+from hcsearch.motion.collision.panel_prisms import plates_of, two_ways
 from hcsearch.motion.locks.enclosures import enclose_ends, rings_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern

@@ -6,7 +6,7 @@ import pytest
 from hcsearch.kernels.enclosure.refutation import new_refutation, reaches_closed_state
 from hcsearch.kernels.enclosure.wandering import MAX_GOAL_STEP, approach_goal
 from hcsearch.motion.locks.boxes import whole_box
-from hcsearch.motion.locks.partition import ARRIVED_DISTANCE, StateParts
+from hcsearch.motion.locks.regions import ARRIVED_DISTANCE, StateParts
 from hcsearch.motion.searching import Budget
 from tests.locks.test_regions import held, open_by_states
 from tests.planned import joined, region_of, walks_of

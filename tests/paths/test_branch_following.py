@@ -13,8 +13,7 @@ from hcsearch.designs.folding import foldings
 from hcsearch.library.assemblies import ASSEMBLIES, Parameters
 from hcsearch.motion.kinematics.closing import CLOSED_LOOP_RESIDUAL
 from hcsearch.motion.kinematics.numerical_rank import NEAR_ZERO_SHARE
-from hcsearch.motion.paths.branch_following import follow_branch
-from hcsearch.motion.paths.branches import find_branches
+from hcsearch.motion.paths.branches import find_branches, follow_branch
 from tests.strategies import circuits
 
 ONE_FREEDOM = ("unit-i", "unit-ii", "unit-iii", "fig-5.10b")

@@ -1,5 +1,6 @@
 """Critical margins: against those of trials with other margins, and against what the search itself says at each."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -8,12 +9,12 @@ from hcsearch.motion.collision.panel_prisms import deepest_margin
 from hcsearch.motion.planning.critical import (
     MARGIN_GRID_RATIO,
     CriticalMargin,
-    SearchExtent,
     critical_margin,
     critical_margin_grid,
 )
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
+from hcsearch.motion.planning.schedule import BISECTION_TREES
 from hcsearch.motion.searching import Budget
 from tests.planned import joined
 
@@ -55,10 +56,10 @@ def test_some_need_no_play_to_speak_of_and_others_are_not_opened_by_any(name):
 
 
 def test_what_is_said_of_margins_is_what_the_search_comes_to():
-    linkage, looking = joined("hex:0232435051:3", "hinged"), SearchExtent(rounds=100, seeds=2, roots=2)
+    linkage, looking = joined("hex:0232435051:3", "hinged"), replace(BISECTION_TREES, rounds=100, seeds=(0, 1), roots=2)
     found = critical_margin(linkage, looking)
     assert found == critical_margin(linkage, looking)
-    assert found.extent == looking
+    assert found.trees == looking
     assert found.greatest_unmet < found.least_met <= found.least_proved
 
     def paths(margin):
@@ -82,7 +83,7 @@ def test_margins_leave_something_of_a_panel():
 
 
 def test_a_lesser_margin_is_one_that_is_proved_then_one_that_is_met():
-    looking = SearchExtent()
+    looking = BISECTION_TREES
     proved, worse = CriticalMargin(1e-4, 1e-4, None, looking, 1), CriticalMargin(2e-4, 1e-5, None, looking, 1)
     met, none = CriticalMargin(None, 1e-5, None, looking, 1), CriticalMargin(None, None, 1e-3, looking, 1)
     ordered = [proved, worse, met, none]

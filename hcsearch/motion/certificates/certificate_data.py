@@ -16,7 +16,7 @@ from hcsearch.motion.certificates import path_checker
 from hcsearch.motion.certificates.certificate_grammar import FORMAT, MAX_WHOLE, VERSION, NotProvedError, checksum
 from hcsearch.motion.certificates.path_checker import Array
 from hcsearch.motion.certificates.polynomials import shifted
-from hcsearch.motion.collision.shrunk_plates import plates_of
+from hcsearch.motion.collision.panel_prisms import plates_of
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE
 from hcsearch.motion.locks.enclosures import Enclosure
 from hcsearch.motion.locks.lattice import lattice_frame_of

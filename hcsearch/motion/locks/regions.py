@@ -2,6 +2,9 @@
 
 Faces of wide boxes take many boxes of the search, but their number can be estimated beforehand; and unlike a flood of
 cubes, such a region does not include another part of the closed states because of a common cube.
+
+Parts are far apart, but a hundred thousand states sample a part of six degrees of freedom so sparsely that the nearest
+state may be of another part. So a state belongs to a part if small steps lead from it to a state of that part.
 """
 
 from __future__ import annotations
@@ -26,19 +29,94 @@ from hcsearch.kernels.enclosure.refutation import (
     reaches_closed_state,
     start_refutation,
 )
+from hcsearch.kernels.enclosure.wandering import approach_goal, climb_angles, random_walk
 from hcsearch.motion.locks.boxes import (
     MAX_BOX_ANGLE,
     Box,
+    BoxCuts,
     BoxFace,
     box_faces,
     boxes_outside,
     excess_over_box,
     region_around,
+    states_in,
     whole_box,
 )
 from hcsearch.motion.locks.floods import BOXES_PER_KERNEL_CALL
-from hcsearch.motion.locks.partition import BoxCuts, StateParts
 from hcsearch.motion.searching import Budget, SteppedSearch
+
+PART_WALK_STEPS, PART_CLIMB_STEPS = 2000, 200
+"""Steps of the walk from a state, and of each climb from there."""
+MAX_APPROACH_STEPS, APPROACH_ROUNDS = 1000, 3
+"""Maximum number of steps towards the nearest state of a part, and number of times that it is chosen anew."""
+NEAREST_PART_COUNT = 3
+"""Number of parts that are approached: those with the nearest states."""
+ARRIVED_DISTANCE = 0.05
+"""A state is reached from within this distance (rad, root of the sum of squares)."""
+APPROACH_START_COUNT = 3
+"""Number of starts of an approach: the new state first, then states of the walk from it."""
+
+
+class StateParts:
+    """Parts of the closed states: the first holds the end that is to be enclosed, the second the other end.
+
+    part, other_part : (m, n), states of walks from both ends. seed : of further walks. tables : of the kernels.
+    steps : total number of steps of walks, counted like boxes of the search.
+    """
+
+    def __init__(self, rings: HingeRings, part: Reals, other_part: Reals, seed: int, tables: Refutation) -> None:
+        self.rings, self.seed, self.tables = rings, seed, tables
+        self.states = [part, other_part]
+        self.steps = 0
+
+    def climb_within(self, states: Reals, box: Box, steps: int) -> Reals:
+        """Extend states by climbs from them within a box."""
+        climbed: Reals = climb_angles(self.rings, states, *box, steps, self.seed, self.tables)
+        self.steps += len(climbed) - len(states)
+        return climbed
+
+    def add_state(self, state: Reals, box: Box) -> int:
+        """Add a closed state, (n,), and states of a walk and of climbs in a box from it; return the number of its part.
+
+        It is a new part where no approach reaches a known one, from `APPROACH_START_COUNT` starts to
+        `NEAREST_PART_COUNT` parts in `APPROACH_ROUNDS` rounds of `MAX_APPROACH_STEPS`.
+        """
+        walked = random_walk(self.rings, state, PART_WALK_STEPS, self.seed, self.tables)
+        self.steps += PART_WALK_STEPS
+        inside = states_in(box, walked)
+        new_states = [walked, self.climb_within(inside, box, PART_CLIMB_STEPS)[len(inside) :]]
+        for start in (state, *walked[:: len(walked) // APPROACH_START_COUNT + 1][1:]):
+            number = self._reached_part(start, new_states)
+            if number is not None:
+                self.states[number] = np.concatenate([self.states[number], *new_states])
+                return number
+        self.states.append(np.concatenate(new_states))
+        return len(self.states) - 1
+
+    def _reached_part(self, state: Reals, new_states: list[Reals]) -> int | None:
+        """The part that small steps from a state reach, or None; append the states on the way to `passed`."""
+        order = np.argsort([_nearest(part, state)[1] for part in self.states], kind="stable")
+        for number in order[:NEAREST_PART_COUNT].tolist():
+            position = state
+            for attempt in range(APPROACH_ROUNDS):
+                goal = self.states[number][_nearest(self.states[number], position)[0]]
+                states, steps = approach_goal(
+                    self.rings, position, goal, MAX_APPROACH_STEPS, self.seed + attempt, self.tables
+                )
+                self.steps += steps
+                new_states.append(states)
+                position = states[-1]
+                if float(((position - goal) ** 2).sum()) < ARRIVED_DISTANCE**2:
+                    return int(number)
+        return None
+
+
+def _nearest(states: Reals, state: Reals) -> tuple[int, float]:
+    """The number of the nearest neighbour of a state, (n,), among others, (m, n), and its squared distance."""
+    squares = ((states - state) ** 2).sum(axis=1)
+    number = int(squares.argmin())
+    return number, float(squares[number])
+
 
 REGION_CLIMB_STEPS = 300
 """Steps of each climb within a box."""

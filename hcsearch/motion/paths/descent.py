@@ -167,7 +167,7 @@ def descend_energy(
 
 
 class _Descent(SteppedSearch[MotionPath]):
-    """The state of a running descent; efforts are states. ending : why it ends; None while it goes on."""
+    """The state of a running descent. ending : why it ends; None while it goes on."""
 
     def __init__(
         self, linkage: Linkage, springs: Reals, held: Flags, goal: DescentGoal, max_steps: int, start: Reals
@@ -184,10 +184,6 @@ class _Descent(SteppedSearch[MotionPath]):
             sentence = f"no closed state within the stops near the start, which is open by {local.residual:.1e}"
             self.ending = PathEnding("lost closure", sentence)
         self.states, self.energies = [local], [self._energy(local.angles)]
-
-    @property
-    def efforts(self) -> int:
-        return len(self.states)
 
     @property
     def done(self) -> bool:

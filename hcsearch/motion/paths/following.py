@@ -24,9 +24,9 @@ from hcsearch.motion.paths.motions import (
     SingularEvent,
     first_stop,
     motion_path_of,
+    singular_states,
     stop_margins,
 )
-from hcsearch.motion.paths.singular_states import singular_states
 from hcsearch.motion.paths.stepping import PREDICTORS, Advance, PathStep, Walker, miss_distance
 from hcsearch.motion.searching import Budget, SteppedSearch
 from hcsearch.shape.labels import named_hinges
@@ -142,7 +142,7 @@ class _Landing(NamedTuple):
 
 
 class _Following(SteppedSearch[MotionPath]):
-    """The state of a path that is being followed; efforts are states. ending : why it ends; None while it goes on."""
+    """The state of a path that is being followed. ending : why it ends; None while it goes on."""
 
     def __init__(
         self,
@@ -177,10 +177,6 @@ class _Following(SteppedSearch[MotionPath]):
     @property
     def before(self) -> PathStep | None:
         return self.states[-2] if len(self.states) > 1 else None
-
-    @property
-    def efforts(self) -> int:
-        return len(self.states)
 
     @property
     def done(self) -> bool:

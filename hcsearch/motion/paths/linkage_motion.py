@@ -15,8 +15,7 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals, WholeNumbers
 from hcsearch.basics.vocabulary import Until
 from hcsearch.motion.kinematics.numerical_rank import kept_beside_singular, rank_at
-from hcsearch.motion.paths.branch_following import REACHED_OUTCOMES, FollowedBranch
-from hcsearch.motion.paths.branches import Branch
+from hcsearch.motion.paths.branches import REACHED_OUTCOMES, Branch, FollowedBranch
 from hcsearch.motion.paths.motions import STOP_TOLERANCE, SingularEvent, stop_margins
 from hcsearch.shape.angle_curves import draw_angle_curves
 from hcsearch.shape.labels import Labels, label_data

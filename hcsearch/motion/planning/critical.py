@@ -16,7 +16,7 @@ from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, check_margin, scale_of
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.motion.planning.planner import Planner
-from hcsearch.motion.planning.schedule import LONG_SEARCH_ROUNDS, SEARCH_ROOT_COUNT, SEARCH_SEED_COUNT
+from hcsearch.motion.planning.schedule import BISECTION_TREES, TreeStep
 from hcsearch.motion.searching import Budget, SteppedSearch
 from hcsearch.shape.linkage import Linkage
 
@@ -28,22 +28,13 @@ MARGIN_LIST_PARTS = 4
 """Number of parts of the list of margins at whose ends a first path is searched for, the greatest margin first."""
 
 
-@dataclass(frozen=True)
-class SearchExtent:
-    """The extent of the search with one margin: rounds, seeds that are tried, and junctions as further roots."""
-
-    rounds: int = LONG_SEARCH_ROUNDS
-    seeds: int = SEARCH_SEED_COUNT
-    roots: int = SEARCH_ROOT_COUNT
-
-
 @dataclass(frozen=True, eq=False)
 class CriticalMargin(ByValue):
     """The play that opens a linkage.
 
     least_proved : m, the least margin of the grid with a proved path, None without one. least_met : m, the least margin
     with a path that was found, proved or not. greatest_unmet : m, the greatest margin below `least_met` for which the
-    search found no path, or of all where it found none; None where it found one at the least margin. extent : of each
+    search found no path, or of all where it found none; None where it found one at the least margin. trees : of each
     search. searches : number of searches, each with one margin. states : of the path that is proved at the least
     margin, as it was found, (k, n_hinges).
     """
@@ -51,7 +42,7 @@ class CriticalMargin(ByValue):
     least_proved: float | None
     least_met: float | None
     greatest_unmet: float | None
-    extent: SearchExtent
+    trees: TreeStep
     searches: int
     states: Reals | None = None
 
@@ -70,12 +61,12 @@ def critical_margin_grid(linkage: Linkage) -> tuple[float, ...]:
     return tuple(margins)
 
 
-def critical_margin(linkage: Linkage, extent: SearchExtent | None = None) -> CriticalMargin:
+def critical_margin(linkage: Linkage, trees: TreeStep = BISECTION_TREES) -> CriticalMargin:
     """Find the least play that opens a linkage, and the greatest below it for which no path was found.
 
     The way of joining flat pairs whose motions include those of all others has the least: `motion_search._widest`.
     """
-    return _Bisection(linkage, SearchExtent() if extent is None else extent).run()
+    return _Bisection(linkage, trees).run()
 
 
 class _Bisection(SteppedSearch[CriticalMargin]):
@@ -85,13 +76,14 @@ class _Bisection(SteppedSearch[CriticalMargin]):
     failed : indices of margins for which the search found no path. next : index of the margin of the next search.
     """
 
-    def __init__(self, linkage: Linkage, extent: SearchExtent) -> None:
-        self.linkage, self.extent, self.prover = linkage, extent, Prover(linkage)
+    efforts = 0
+
+    def __init__(self, linkage: Linkage, trees: TreeStep) -> None:
+        self.linkage, self.trees, self.prover = linkage, trees, Prover(linkage)
         self.margins = critical_margin_grid(linkage)
         self.met = self.proved = len(self.margins)
         self.states: Reals | None = None
         self.failed: list[int] = []
-        self.searches = 0
         self._places = self._order()
         self.next = next(self._places, None)
 
@@ -118,11 +110,6 @@ class _Bisection(SteppedSearch[CriticalMargin]):
             low = middle if self.proved > middle else low
 
     @property
-    def efforts(self) -> int:
-        """Searches made."""
-        return self.searches
-
-    @property
     def done(self) -> bool:
         """Whether both margins are found."""
         return self.next is None
@@ -133,7 +120,7 @@ class _Bisection(SteppedSearch[CriticalMargin]):
         top = len(self.margins) - 1
         lowest = self.unmet if self.met <= top else top
         proved, met, unmet = map(self._margin, (self.proved, self.met, lowest))
-        return CriticalMargin(proved, met, unmet, self.extent, self.searches, self.states)
+        return CriticalMargin(proved, met, unmet, self.trees, self.efforts, self.states)
 
     def _margin(self, place: int) -> float | None:
         return self.margins[place] if 0 <= place < len(self.margins) else None
@@ -142,10 +129,10 @@ class _Bisection(SteppedSearch[CriticalMargin]):
         """Search with a margin until a path is proved. A path may be clear with less play, too."""
         place = self.next
         assert place is not None
-        self.searches += 1
+        self.efforts += 1
         planner, met = Planner(self.linkage, self.margins[place]), False
-        for seed in range(self.extent.seeds):
-            states = planner.plan(Budget(self.extent.rounds, seed=seed), roots=self.extent.roots).states
+        for seed in self.trees.seeds:
+            states = planner.plan(Budget(self.trees.rounds, seed=seed), roots=self.trees.roots).states
             if states is None:
                 continue
             met, self.met = True, min(self.met, place)

@@ -16,8 +16,7 @@ from hcsearch.basics.vocabulary import Way, counted
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.kernels.collision.intervals import Course
-from hcsearch.motion.collision.panel_prisms import margin_of, scale_of
-from hcsearch.motion.collision.shrunk_plates import plates_of
+from hcsearch.motion.collision.panel_prisms import margin_of, plates_of, scale_of
 from hcsearch.motion.locks.enclosures import Enclosure, enclose_ends
 from hcsearch.motion.planning.critical import CriticalMargin, critical_margin
 from hcsearch.motion.planning.path_proofs import CERTIFIED_MARGINS, PathProof, Prover
@@ -171,8 +170,10 @@ class _MotionSearch(SteppedSearch[PlannedMotion]):
     The result is the motion of the least play, or a lock.
     """
 
+    efforts = 0
+
     def __init__(self, linkages: dict[Way, Linkage], margin: float | None, budget: int, done: int) -> None:
-        self.planned, self.made, self.decided = planned_efforts(budget, done)[::-1], done, False
+        self.planned, self.efforts, self.decided = planned_efforts(budget, done)[::-1], done, False
         self.linkages, self.widest = linkages, _widest(tuple(linkages))
         self.planner: tuple[tuple[Way, float], Planner] | None = None
         self.provers: dict[Way, Prover] = {}
@@ -185,19 +186,14 @@ class _MotionSearch(SteppedSearch[PlannedMotion]):
         self.margins = proof_margins(next(iter(linkages.values())), margin)
 
     @property
-    def efforts(self) -> int:
-        """Efforts made, with those before."""
-        return self.made
-
-    @property
     def done(self) -> bool:
         """Whether a path or a lock is proved, or no effort is left."""
         return self.decided or not self.planned
 
     def step(self, budget: Budget) -> None:
         """Make one effort."""
-        self.made += 1
-        self.decided = any(self._run_named(step, self.made) for step in self.planned.pop())
+        self.efforts += 1
+        self.decided = any(self._run_named(step, self.efforts) for step in self.planned.pop())
 
     @property
     def result(self) -> PlannedMotion:
@@ -207,7 +203,7 @@ class _MotionSearch(SteppedSearch[PlannedMotion]):
         growths = () if self.best.states is not None else tuple((way, self.growths[way]) for way in shown_ways)
         locks = tuple(self.locks.items())
         known = replace(self.best, locks=locks, locked=self.locked, critical=self.critical)
-        return replace(known, growths=growths, efforts=self.made)
+        return replace(known, growths=growths, efforts=self.efforts)
 
     def _run_named(self, step: EffortStep, effort: int) -> bool:
         with work_step(f"effort {effort}: {step.words}"):

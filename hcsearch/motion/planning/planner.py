@@ -237,14 +237,11 @@ class PathPlan(ByValue):
 class _TreeSearch(SteppedSearch[TreeGrowth]):
     """Trees of a forest that take turns; efforts are rounds."""
 
+    efforts = 0
+
     def __init__(self, forest: Forest, seed: int) -> None:
         self.forest, self.seed = forest, seed
-        self.starts, self.half, self.rounds = forest.fan_out(seed), (0, 0), 0
-
-    @property
-    def efforts(self) -> int:
-        """Rounds made."""
-        return self.rounds
+        self.starts, self.half = forest.fan_out(seed), (0, 0)
 
     @property
     def done(self) -> bool:
@@ -254,11 +251,11 @@ class _TreeSearch(SteppedSearch[TreeGrowth]):
     def step(self, budget: Budget) -> None:
         """Take one turn, of no rounds beyond the middle of the budget."""
         rounds = int(budget.efforts)
-        left = (rounds // 2 if self.rounds < rounds // 2 else rounds) - self.rounds
+        left = (rounds // 2 if self.efforts < rounds // 2 else rounds) - self.efforts
         turn = min(self.forest.rounds_per_turn, left)
-        self.forest.grow(turn, _slice_seed(self.seed, self.rounds))
-        self.rounds += turn
-        if self.rounds <= rounds // 2:
+        self.forest.grow(turn, _slice_seed(self.seed, self.efforts))
+        self.efforts += turn
+        if self.efforts <= rounds // 2:
             self.half = self.forest.sizes()
 
     @property
@@ -267,7 +264,7 @@ class _TreeSearch(SteppedSearch[TreeGrowth]):
         sizes = self.forest.sizes()
         late = (1.0 - self.half[0] / sizes[0], 1.0 - self.half[1] / sizes[1])
         starts, roots = (self.starts[0], self.starts[1]), len(self.starts) - 2
-        return TreeGrowth(starts, sizes, self.rounds, late, STATE_CELL_WIDTH, self.forest.is_full, roots)
+        return TreeGrowth(starts, sizes, self.efforts, late, STATE_CELL_WIDTH, self.forest.is_full, roots)
 
 
 class Planner:

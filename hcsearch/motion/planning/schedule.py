@@ -62,13 +62,17 @@ class BisectionStep:
 EffortStep = MovesStep | FloodStep | TreeStep | BisectionStep
 
 TIGHT_SEARCH_ROUNDS, LOOSE_SEARCH_ROUNDS, LONG_SEARCH_ROUNDS = 40, 60, 300
-"""Rounds of a search with the least margin, of the next ones with the greatest, and of all later ones."""
+"""Rounds of the first, second and later searches."""
 SEARCH_ROOT_COUNT = 6
 """Number of junctions in one search."""
 DEFAULT_EFFORT_BUDGET = 2
 """The default budget."""
 SEARCH_SEED_COUNT = 3
 """Number of seeds in an effort."""
+BISECTION_TREES = TreeStep(
+    widest=True, loose=False, rounds=LONG_SEARCH_ROUNDS, seeds=tuple(range(SEARCH_SEED_COUNT)), roots=SEARCH_ROOT_COUNT
+)
+"""The search with each margin of a bisection."""
 FIRST_FLOOD_BOXES, FLOOD_BOX_GROWTH = 100_000, 6
 """Boxes of the first floods, and the growth factor of boxes from one effort to the next."""
 

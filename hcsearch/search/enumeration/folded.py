@@ -16,8 +16,7 @@ from hcsearch.designs.grid import Grid, LatticeIsometry
 from hcsearch.designs.grid.turning import edge_classes, step_tables
 from hcsearch.designs.records import CircuitBatch
 from hcsearch.kernels.circuits import chains, joining
-from hcsearch.search.enumeration.plane import LatticePlane, canonical_batch
-from hcsearch.search.enumeration.polygon_search import check_length
+from hcsearch.search.enumeration.polygon_search import LatticePlane, canonical_batch, check_length
 
 HalfChainLists = tuple[chains.HalfChains, chains.HalfChains, NDArray[np.int64]]
 

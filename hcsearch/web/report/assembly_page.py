@@ -14,7 +14,7 @@ from hcsearch.cases.replay_sources import replay_of_motion
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.description import describe_assembly
 from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
-from hcsearch.motion.paths.branch_following import follow_branch
+from hcsearch.motion.paths.branches import follow_branch
 from hcsearch.motion.paths.linkage_motion import LinkageMotion, row_step
 from hcsearch.motion.paths.start_states import resolve_start
 from hcsearch.shape.pattern_drawing import draw_pattern
