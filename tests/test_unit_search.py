@@ -40,7 +40,8 @@ from hcsearch.library.unit_search.elements import (
     untwisted_foldings_of,
 )
 from hcsearch.library.unit_search.unit_proofs import generic_freedom, prove_unit
-from hcsearch.library.unit_search.unit_search import UnitSearchLimits, find_units, search_elements
+from hcsearch.library.unit_search.unit_search import find_units, search_elements
+from hcsearch.motion.searching import Budget
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import VALLEY_CREASE, Pattern, overlay
@@ -271,8 +272,8 @@ def test_panels_cut_through_each_other_below_45_degrees():
 
 def test_limits_stop_a_search_and_say_so():
     element = next(iter(elements_of_designs("triangle", 14)))
-    assert not find_units(element, limits=UnitSearchLimits(unions=5)).complete
-    assert not find_units(element, limits=UnitSearchLimits(seconds=0.0)).complete
+    assert not find_units(element, budget=Budget(efforts=5)).complete
+    assert not find_units(element, budget=Budget(seconds=0.0)).complete
     (searched, *_) = search_elements([element], max_dof=3)
     assert searched.skipped == "more than 3 degrees of freedom"
 

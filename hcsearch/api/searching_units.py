@@ -11,9 +11,9 @@ from hcsearch.cases.databases import Place, writing_database
 from hcsearch.library.unit_search.elements import Element, elements_of_designs, isosceles_elements
 from hcsearch.library.unit_search.unit_search import (
     ElementSearchResult,
-    UnitSearchLimits,
     search_elements,
 )
+from hcsearch.motion.searching import Budget
 from hcsearch.store import record_units
 from hcsearch.system.work_steps import Progress
 
@@ -63,10 +63,10 @@ def search_units(
         The result for an element, and the number of its units that are new in the database.
     """
     check_kinds(search_units, locals())
-    limits = UnitSearchLimits(most) if seconds is None else UnitSearchLimits(most, seconds)
+    budget = Budget(most) if seconds is None else Budget(most, seconds)
     with nullcontext() if db is None else writing_database(db, create=True) as database:
         searched = search_elements(
-            _elements(grid, n, alpha), max_dof=max_dof, copies=tuple(copies), limits=limits, progress=progress
+            _elements(grid, n, alpha), max_dof=max_dof, copies=tuple(copies), budget=budget, progress=progress
         )
         for result in searched:
             rows = [unit.row() for unit in result.units]

@@ -35,6 +35,7 @@ from hcsearch.library.unit_search.unit_proofs import (
     has_shared_places,
     prove_unit,
 )
+from hcsearch.motion.searching import Budget
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern, overlay
 from hcsearch.system.work_steps import Progress
@@ -110,7 +111,7 @@ class ElementSearchResult:
         have a folded state without coincident panels, `single_dof` one degree of freedom at a generic state, and
         `units` pass all tests of `prove`.
     skipped : why the element was not searched, or empty. complete : whether all arrangements were tested within the
-        limits. refuted : unions of `single_dof` without a smooth motion of one degree of freedom from folded to flat.
+        budget. refuted : unions of `single_dof` without a smooth motion of one degree of freedom from folded to flat.
     """
 
     element: Element
@@ -127,19 +128,15 @@ class ElementSearchResult:
     seconds: float = 0.0
 
 
-@dataclass(frozen=True)
-class UnitSearchLimits:
-    """Limits of the search over one element: number of unions, and seconds."""
-
-    unions: int = 20_000
-    seconds: float = math.inf
+UNIT_SEARCH_BUDGET = Budget(efforts=20_000)
+"""The default budget of the search over one element: of unions."""
 
 
 def find_units(
     element: Element,
     *,
     copies: tuple[int, ...] = (2, 4),
-    limits: UnitSearchLimits | None = None,
+    budget: Budget = UNIT_SEARCH_BUDGET,
     strict: bool = True,
     progress: Progress | None = None,
 ) -> ElementSearchResult:
@@ -147,7 +144,7 @@ def find_units(
 
     copies : 2 for pairs, 4 for rings of four. strict : whether to exclude creases in slits of another copy.
     """
-    return _Search(element, limits or UnitSearchLimits(), strict, progress).run(copies)
+    return _Search(element, budget, strict, progress).run(copies)
 
 
 def search_elements(
@@ -155,7 +152,7 @@ def search_elements(
     *,
     max_dof: int | None = None,
     copies: tuple[int, ...] = (2, 4),
-    limits: UnitSearchLimits | None = None,
+    budget: Budget = UNIT_SEARCH_BUDGET,
     progress: Progress | None = None,
 ) -> Iterator[ElementSearchResult]:
     """Search elements in turn, skipping congruent and locked ones and open chains.
@@ -168,7 +165,7 @@ def search_elements(
         if skipped:
             yield ElementSearchResult(element, skipped=skipped)
         else:
-            yield find_units(element, copies=copies, limits=limits, progress=progress)
+            yield find_units(element, copies=copies, budget=budget, progress=progress)
 
 
 def _reason(element: Element, max_dof: int | None, first_names: dict[UnionKey, str]) -> str:
@@ -193,7 +190,7 @@ class _Search:
     """The state of a search over one element."""
 
     element: Element
-    limits: UnitSearchLimits
+    budget: Budget
     strict: bool
     progress: Progress | None
     began: float = field(default_factory=time.monotonic)
@@ -227,7 +224,7 @@ class _Search:
         return ElementSearchResult(self.element, *counts, tuple(units), tuple(refuted), "", complete, seconds)
 
     def _is_over_time(self) -> bool:
-        return time.monotonic() - self.began > self.limits.seconds
+        return time.monotonic() - self.began > self.budget.seconds
 
     def _unions(
         self, rings: CopyRings, copies: tuple[int, ...]
@@ -240,7 +237,7 @@ class _Search:
             if keys in visited:
                 continue
             visited.add(keys)
-            if len(unions) >= self.limits.unions or self._is_over_time():
+            if len(unions) >= self.budget.efforts or self._is_over_time():
                 return unions, False
             marks = rings.marks(ring)
             unions.setdefault(congruence_key(marks), (ring, marks))
