@@ -31,8 +31,8 @@ from hcsearch.api.tuning import tune as tune
 from hcsearch.api.tuning import tune_to_rules as tune_to_rules
 
 # What is meant by a name
-from hcsearch.cases.case import Case as Case
-from hcsearch.cases.resolve import resolve as resolve
+from hcsearch.subjects.case import Case as Case
+from hcsearch.subjects.resolve import resolve as resolve
 
 # Arrays and circuits
 from hcsearch.designs.grid import GRIDS as GRIDS
@@ -68,7 +68,7 @@ from hcsearch.springs.deployment.deployment_facts import Deployed as Deployed
 from hcsearch.springs.tuning.spring_tuning import Tuning as Tuning
 from hcsearch.springs.drive.drive_facts import Drive as Drive
 from hcsearch.springs.flight.flight_sheet import FlightSheet as FlightSheet
-from hcsearch.cases.replay import Replay as Replay
+from hcsearch.subjects.replay import Replay as Replay
 from hcsearch.motion.paths.linkage_motion import LinkageMotion as LinkageMotion
 from hcsearch.search.pipeline import Funnel as Funnel
 

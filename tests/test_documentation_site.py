@@ -12,8 +12,8 @@ from filelock import FileLock
 import hcsearch
 from hcsearch.api.kinds import describe_kind
 from hcsearch.basics.vocabulary import Formulation, Keep, ReplaySource, Until, Way
-from hcsearch.cases.case import CaseSubject
 from hcsearch.store import Database
+from hcsearch.subjects.case import CaseSubject
 from hcsearch.system.lazy import names_in_stub
 from tests.axe import faults
 from tests.documents import ROOT

@@ -11,12 +11,12 @@ import pytest
 
 from hcsearch import Circuit, Folding, Scene, deploy, enumerate_into, save
 from hcsearch.basics.errors import HcsearchWarning, SceneError
-from hcsearch.cases.names import LENGTH_PARAMETERS, parameters_of
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel, panel_size_doubt, read_panel
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.scene import with_size
+from hcsearch.subjects.names import LENGTH_PARAMETERS, parameters_of
 from tests import forking
 
 MOVING = "hex:0234550132:4"

@@ -8,9 +8,9 @@ import pytest
 
 from hcsearch import HcsearchError, Scene, init_scene
 from hcsearch.basics.errors import HcsearchWarning, OutputError, SceneError
-from hcsearch.cases.stored_scenes import read_scene
 from hcsearch.designs.grid import GRIDS
 from hcsearch.scenes.scene_template import scene_template, template_keys
+from hcsearch.subjects.stored_scenes import read_scene
 from tests.commands import run_here
 
 

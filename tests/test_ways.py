@@ -10,8 +10,6 @@ import pytest
 from click.testing import CliRunner
 
 from hcsearch import deploy, save
-from hcsearch.cases.replay_sources import replay_case
-from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import GRIDS, parse_array
@@ -20,6 +18,8 @@ from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import find_verdict, open_database, open_readonly, schema, select
+from hcsearch.subjects.replay_sources import replay_case
+from hcsearch.subjects.resolve import resolve
 from tests.judging import judge
 
 CIRCUIT, CREASE = "hex:0233445011", 1

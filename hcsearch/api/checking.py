@@ -8,16 +8,16 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
-from hcsearch.cases.case import Case
-from hcsearch.cases.databases import Place
-from hcsearch.cases.names import design_named
-from hcsearch.cases.pattern_files import DrawnPattern, is_pattern_file, read_pattern_file, refuse_other_file
-from hcsearch.cases.resolve import resolve, resolve_pattern, resolve_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, split_crease
 from hcsearch.scenes import Scene
 from hcsearch.search.own_patterns.checked_patterns import CheckedPattern, check_pattern
 from hcsearch.search.own_patterns.single_circuits import CheckedCircuit, check_circuit
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import design_named
+from hcsearch.subjects.pattern_files import DrawnPattern, is_pattern_file, read_pattern_file, refuse_other_file
+from hcsearch.subjects.resolve import resolve, resolve_pattern, resolve_scene
 
 CheckProgress = Callable[[int, int, str], None]
 

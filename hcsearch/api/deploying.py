@@ -6,11 +6,11 @@ from typing import Any
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Formulation, Way
-from hcsearch.cases.case import Case, CaseSubject
-from hcsearch.cases.databases import Place
-from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
 from hcsearch.springs.deployment.deployment_facts import Deployed, deploy_linkage
+from hcsearch.subjects.case import Case, CaseSubject
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 
 

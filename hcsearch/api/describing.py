@@ -7,9 +7,9 @@ from typing import Any
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.names import parameters_of
 from hcsearch.library.assemblies import ASSEMBLIES, Assembly, description
 from hcsearch.shape.pattern_drawing import draw_pattern
+from hcsearch.subjects.names import parameters_of
 
 
 def describe(name: str, **parameters: Any) -> dict[str, Any]:

@@ -7,11 +7,6 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Way
-from hcsearch.cases.case import Case
-from hcsearch.cases.databases import Place
-from hcsearch.cases.pattern_files import DrawnPattern
-from hcsearch.cases.replay_sources import find_path
-from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
@@ -25,6 +20,11 @@ from hcsearch.springs.drive.driven_folding import (
     latch_facts,
     no_path_reason,
 )
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.pattern_files import DrawnPattern
+from hcsearch.subjects.replay_sources import find_path
+from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress
 

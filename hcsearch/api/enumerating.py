@@ -9,8 +9,6 @@ from hcsearch.api.chosen_searches import chosen_search, chosen_workers
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Keep
-from hcsearch.cases.databases import Place, database_location, writing_database
-from hcsearch.cases.stored_scenes import read_scene, scene_database
 from hcsearch.designs.grid import Array, Grid
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import with_size
@@ -27,6 +25,8 @@ from hcsearch.search.pipeline import (
     run_into,
 )
 from hcsearch.search.stages.order import STAGES, check_keep
+from hcsearch.subjects.databases import Place, database_location, writing_database
+from hcsearch.subjects.stored_scenes import read_scene, scene_database
 from hcsearch.system.work_steps import Announcement, Progress, no_announcement, no_progress
 
 

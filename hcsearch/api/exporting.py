@@ -12,10 +12,6 @@ from hcsearch import store
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, QueryError
 from hcsearch.basics.vocabulary import ReplaySource, Way
-from hcsearch.cases.case import Case
-from hcsearch.cases.databases import Place, reading_database
-from hcsearch.cases.replay import Replay
-from hcsearch.cases.stored_scenes import scene_asked_for
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.export.bulk_export import BulkRequest, SavedDesigns, designs_of_query, export_designs
@@ -29,6 +25,10 @@ from hcsearch.export.export_files import (
 )
 from hcsearch.export.formats import export_format_of
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.databases import Place, reading_database
+from hcsearch.subjects.replay import Replay
+from hcsearch.subjects.stored_scenes import scene_asked_for
 from hcsearch.system.outputs import check_output, replacing_file
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress

@@ -11,13 +11,13 @@ import numpy as np
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Until, Way
-from hcsearch.cases.case import Case, CaseSubject
-from hcsearch.cases.databases import Place
-from hcsearch.cases.resolve import resolve
 from hcsearch.motion.paths.branches import follow_branch
 from hcsearch.motion.paths.linkage_motion import LinkageMotion, row_step
 from hcsearch.motion.paths.start_states import resolve_start
 from hcsearch.scenes import Scene
+from hcsearch.subjects.case import Case, CaseSubject
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress
 

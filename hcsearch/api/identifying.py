@@ -10,9 +10,6 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, printable
 from hcsearch.basics.vocabulary import MotionTerm, Way
-from hcsearch.cases.case import Case, CaseSubject
-from hcsearch.cases.databases import Place
-from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.identification.identified_motion import DEFAULT_MOTION_TERMS, IdentifiedMotion, identify_films
@@ -26,6 +23,9 @@ from hcsearch.springs.identification.vibration import (
     hinge_test,
     identify_modes,
 )
+from hcsearch.subjects.case import Case, CaseSubject
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 
 

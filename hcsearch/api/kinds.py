@@ -27,7 +27,7 @@ def _class_named(name: str, module: str) -> type:
 _NOT_LOADED = {
     "pd": SimpleNamespace(DataFrame=object),
     "Place": str | Path | _class_named("Database", "hcsearch.store.database"),
-    "Case": _class_named("Case", "hcsearch.cases.case"),
+    "Case": _class_named("Case", "hcsearch.subjects.case"),
     "CheckedPattern": _class_named("CheckedPattern", "hcsearch.search.own_patterns.checked_patterns"),
 }
 """Stand-ins for names in annotations whose modules are loaded only if needed."""

@@ -8,9 +8,6 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS, Formulation, Way
-from hcsearch.cases.case import Case, CaseSubject
-from hcsearch.cases.databases import Place
-from hcsearch.cases.resolve import resolve
 from hcsearch.scenes import Scene
 from hcsearch.springs.accuracy.error_bars import default_errors
 from hcsearch.springs.accuracy.measured_accuracy import MeasuredAccuracy
@@ -20,6 +17,9 @@ from hcsearch.springs.accuracy.swept_values import ScenePoint
 from hcsearch.springs.accuracy.work_rows import DEFAULT_TOLERANCE, TOLERANCES, work_of_formulations
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.omission_savings import omission_savings
+from hcsearch.subjects.case import Case, CaseSubject
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import replay_case, replay_of_deployment, replay_of_motion
-from hcsearch.cases.resolve import resolve
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.twisting import twist
 from hcsearch.motion.paths.linkage_motion import LinkageMotion
 from hcsearch.springs.deployment.deployment_facts import Deployed
+from hcsearch.subjects.replay import Replay
+from hcsearch.subjects.replay_sources import replay_case, replay_of_deployment, replay_of_motion
+from hcsearch.subjects.resolve import resolve
 from hcsearch.web.player import notebook_html
 
 MAX_PLANNED_PANELS = 12

@@ -8,15 +8,15 @@ from pathlib import Path
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
-from hcsearch.cases.case import Case
-from hcsearch.cases.databases import Place
-from hcsearch.cases.pattern_files import DrawnPattern
-from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.motion.certificates import certifying
 from hcsearch.motion.certificates.certificate_grammar import SECONDS, Clock
 from hcsearch.scenes import Scene
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.pattern_files import DrawnPattern
+from hcsearch.subjects.resolve import resolve
 from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.work_steps import Progress
 

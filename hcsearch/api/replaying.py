@@ -6,16 +6,16 @@ from typing import Any
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import ReplaySource, Way
-from hcsearch.cases.case import Case
-from hcsearch.cases.databases import Place
-from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import replay_case, replay_of_deployment, replay_of_motion
-from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.motion.paths.linkage_motion import LinkageMotion
 from hcsearch.scenes import Scene
 from hcsearch.springs.deployment.deployment_facts import Deployed
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.replay import Replay
+from hcsearch.subjects.replay_sources import replay_case, replay_of_deployment, replay_of_motion
+from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 
 

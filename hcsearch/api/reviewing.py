@@ -8,17 +8,17 @@ from typing import Any
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Way
-from hcsearch.cases.case import Case
-from hcsearch.cases.databases import Place
-from hcsearch.cases.pattern_files import DrawnPattern
-from hcsearch.cases.resolve import resolve
-from hcsearch.cases.travels import travel_of_case
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
 from hcsearch.springs.flight.flight_sheet import FlightSheet, sheet_text
 from hcsearch.springs.flight.review import review
 from hcsearch.springs.flight.rules import read_rules
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.pattern_files import DrawnPattern
+from hcsearch.subjects.resolve import resolve
+from hcsearch.subjects.travels import travel_of_case
 from hcsearch.system.outputs import check_output, write_output
 
 SHEET_SUFFIXES = {".md": "markdown", ".tex": "latex", ".txt": "text", ".html": "html"}

@@ -7,7 +7,6 @@ from contextlib import nullcontext
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.databases import Place, writing_database
 from hcsearch.library.unit_search.elements import Element, elements_of_designs, isosceles_elements
 from hcsearch.library.unit_search.unit_search import (
     ElementSearchResult,
@@ -15,6 +14,7 @@ from hcsearch.library.unit_search.unit_search import (
 )
 from hcsearch.motion.searching import Budget
 from hcsearch.store import record_units
+from hcsearch.subjects.databases import Place, writing_database
 from hcsearch.system.work_steps import Progress
 
 DEFAULT_COPY_COUNTS = (2, 4)

@@ -10,16 +10,6 @@ from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError, OutputError
-from hcsearch.cases.case import NamedAssembly
-from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
-from hcsearch.cases.names import parameters_of
-from hcsearch.cases.pattern_files import (
-    DrawnDesign,
-    DrawnPattern,
-    is_pattern_file,
-    read_pattern_file,
-    refuse_other_file,
-)
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, no_folding_reason, split_crease
 from hcsearch.designs.panel_sizes import PanelSize, default_panel
@@ -28,14 +18,24 @@ from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.description import AssemblyFacts, describe_assembly
 from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
 from hcsearch.scenes import Scene, panel_of
+from hcsearch.subjects.case import NamedAssembly
+from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
+from hcsearch.subjects.names import parameters_of
+from hcsearch.subjects.pattern_files import (
+    DrawnDesign,
+    DrawnPattern,
+    is_pattern_file,
+    read_pattern_file,
+    refuse_other_file,
+)
 from hcsearch.system.outputs import check_output
 from hcsearch.system.terminal import write_notice
 
 if TYPE_CHECKING:
-    from hcsearch.cases.case import Case
-    from hcsearch.cases.databases import Place
-    from hcsearch.cases.stored_designs import StoredDesign
     from hcsearch.search.own_patterns.checked_patterns import CheckedPattern
+    from hcsearch.subjects.case import Case
+    from hcsearch.subjects.databases import Place
+    from hcsearch.subjects.stored_designs import StoredDesign
 
 
 @dataclass(frozen=True)
@@ -170,8 +170,8 @@ def show_page(
     place = Path(path or f"reports/design-{given.replace(':', '-')}.html")
     if ":" in name:
         return _circuit_page(name, crease, place, db, scene=scene, panel=panel, option=option)
-    from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
-    from hcsearch.cases.stored_designs import stored_circuit_in_scene  # noqa: PLC0415
+    from hcsearch.subjects.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
+    from hcsearch.subjects.stored_designs import stored_circuit_in_scene  # noqa: PLC0415
     from hcsearch.web.report.page_files import write_design  # noqa: PLC0415
 
     number, circuit, scene_name = stored_circuit_in_scene(name, db, scene=scene, panel=panel)
@@ -225,7 +225,7 @@ def _refuse_source(place: Path, source: str) -> None:
 
 def _case_page(case: Case, place: Path, db: Place | None, subject: str) -> Path:
     """Write the page of a case; subject : how commands name it, with its options."""
-    from hcsearch.cases.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
+    from hcsearch.subjects.databases import database_location  # noqa: PLC0415 - texts do without pages and their engine
     from hcsearch.web.report.assembly_page import write_assembly  # noqa: PLC0415
     from hcsearch.web.report.design_data import ComputedFolding  # noqa: PLC0415
     from hcsearch.web.report.page_files import write_computed_design, write_design  # noqa: PLC0415
@@ -261,13 +261,13 @@ def _of_case(case: Case) -> ShownDesign | ShownAssembly | CheckedPattern:
 
 
 def _resolved(name: str, db: Place | None, scene: str | None, panel: str | None) -> Case:
-    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - a circuit alone needs no database
+    from hcsearch.subjects.resolve import resolve  # noqa: PLC0415 - a circuit alone needs no database
 
     return resolve(name, db, scene=scene, panel=panel)
 
 
 def _scene_of_circuit(circuit: Circuit, db: Place | None, scene: str | None, panel: str | None) -> Scene:
-    from hcsearch.cases.resolve import resolve_scene  # noqa: PLC0415 - a circuit alone needs no database
+    from hcsearch.subjects.resolve import resolve_scene  # noqa: PLC0415 - a circuit alone needs no database
 
     return resolve_scene(circuit.grid.name, db, scene=scene, panel=panel)
 
@@ -287,7 +287,7 @@ def _split(design: str | Circuit | Folding) -> tuple[str, int | None]:
 
 
 def _stored(name: str, db: Place | None, scene: str | None, panel: str | None) -> StoredDesign:
-    from hcsearch.cases.stored_designs import stored_design  # noqa: PLC0415 - a circuit alone needs no database
+    from hcsearch.subjects.stored_designs import stored_design  # noqa: PLC0415 - a circuit alone needs no database
 
     return stored_design(name, db, scene=scene, panel=panel)
 

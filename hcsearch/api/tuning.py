@@ -11,10 +11,6 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation, Way
-from hcsearch.cases.case import Case, CaseSubject
-from hcsearch.cases.databases import Place, writing_database
-from hcsearch.cases.resolve import resolve
-from hcsearch.cases.travels import travel_of_case
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
@@ -27,6 +23,10 @@ from hcsearch.springs.tuning.evaluation import DatabaseMemory
 from hcsearch.springs.tuning.spring_search import catalogue_levels
 from hcsearch.springs.tuning.spring_tuning import Tuning, tune_springs
 from hcsearch.springs.tuning.tuning_options import Spread, TuningOptions, damper_bounds
+from hcsearch.subjects.case import Case, CaseSubject
+from hcsearch.subjects.databases import Place, writing_database
+from hcsearch.subjects.resolve import resolve
+from hcsearch.subjects.travels import travel_of_case
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress
 

@@ -14,7 +14,7 @@ from hcsearch.cli.options import Command, database_option, joined_words
 from hcsearch.designs.grid import GRIDS
 
 if TYPE_CHECKING:
-    from hcsearch.cases.case import Case
+    from hcsearch.subjects.case import Case
 
 
 def sizes_text(facts: Mapping[str, Any]) -> str:
@@ -180,6 +180,6 @@ def named_options(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def resolve_named(name: str, options: Mapping[str, Any], *, path: bool = False) -> Case:
     """Resolve the argument and options to a case by `resolve`."""
-    from hcsearch.cases.resolve import resolve
+    from hcsearch.subjects.resolve import resolve
 
     return resolve(name, **named_options(options), path=path)

@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.cases.replay import Replay, stacks_of
 from hcsearch.export.hidden_marks import ink_of, seen
 from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.shape.drawing import svg_path
 from hcsearch.shape.linkage import Linkage
+from hcsearch.subjects.replay import Replay, stacks_of
 
 COPLANAR_COSINE = 1e-9
 """A direction is parallel to a face where the magnitude of its dot product with the unit normal is below this."""

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
-from hcsearch.cases.case import Case
 from hcsearch.scenes.hardware import hinge_values
 from hcsearch.scenes.laws import Law
 from hcsearch.shape.labels import label_ranges
 from hcsearch.shape.least_rectangles import least_rectangle
 from hcsearch.shape.mesh import facet_area, without_straight_corners
 from hcsearch.shape.pattern import Fold, PanelFace, Pattern
+from hcsearch.subjects.case import Case
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,8 +11,6 @@ from typing import Any
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError, OutputError
 from hcsearch.basics.vocabulary import ReplaySource
-from hcsearch.cases.case import Case
-from hcsearch.cases.names import stored_circuit
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.export.bulk_targets import BulkTarget, IndexRow
@@ -20,6 +18,8 @@ from hcsearch.export.export_files import export_contents, export_subject, export
 from hcsearch.export.formats import ExportFormat
 from hcsearch.export.settings import ExportSettings
 from hcsearch.scenes.scene_file import scene_file_text
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.names import stored_circuit
 from hcsearch.system.machine import __version__
 from hcsearch.system.work_steps import Progress
 

@@ -8,17 +8,17 @@ from typing import Any, get_args
 
 from hcsearch.basics.errors import HcsearchError, OutputError
 from hcsearch.basics.vocabulary import ReplaySource
-from hcsearch.cases.case import Case
-from hcsearch.cases.databases import Place
-from hcsearch.cases.names import design_named
-from hcsearch.cases.pattern_files import is_pattern_file
-from hcsearch.cases.replay import Replay
-from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, split_crease
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat, FileContent
 from hcsearch.export.settings import SETTING_NAMES, ExportSettings, ExportState
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import design_named
+from hcsearch.subjects.pattern_files import is_pattern_file
+from hcsearch.subjects.replay import Replay
+from hcsearch.subjects.resolve import resolve
 from hcsearch.system.work_steps import work_step
 
 _LOADS = ("held", "seconds", "gravity", "friction")
@@ -73,7 +73,7 @@ def exported_case(
     by : source of the motion (`replay_case`). HcsearchError where there is no such motion, and for solids at a share of
     a motion that does not end flat.
     """
-    from hcsearch.cases.replay_sources import replay_case  # noqa: PLC0415 - loads slowly: planning and simulations
+    from hcsearch.subjects.replay_sources import replay_case  # noqa: PLC0415 - loads slowly: planning and simulations
 
     replay, sentence, share = None, case.sentence, _is_share(export_format, state)
     if export_format.subject == "motion" or by is not None or share:

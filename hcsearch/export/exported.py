@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.cases.case import Case
-from hcsearch.cases.replay import Replay
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.export.settings import ExportState
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.replay import Replay
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.cases.replay import Replay
 from hcsearch.export.animation import (
     FRAME_WIDTH,
     HINGE_WIDTH,
@@ -31,6 +30,7 @@ from hcsearch.export.animation import (
 from hcsearch.export.exported import Exported
 from hcsearch.export.settings import ExportState
 from hcsearch.shape.linkage import Linkage
+from hcsearch.subjects.replay import Replay
 from hcsearch.system.figures import text_font_file
 from hcsearch.system.terminal import short_number
 

@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.cases.replay import Replay
 from hcsearch.designs.circuit import Circuit
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import Edge, PlanePoint, components
 from hcsearch.shape.pattern import Crease, FacetPair, Fold, Pattern
+from hcsearch.subjects.replay import Replay
 
 FacetCorner = tuple[int, int]
 """A facet and the index of one of its corners; also denotes the side that begins there."""

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.cases.replay import Replay
 from hcsearch.export.panel_solids import FaceKind, PanelSolid, fan_triangles, panel_solid_of
+from hcsearch.subjects.replay import Replay
 
 GLB_ANIMATION_SECONDS = 4.0
 """Duration of the animation, s: paths have no time of their own, and deployments are too fast to watch."""

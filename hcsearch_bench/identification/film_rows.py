@@ -14,12 +14,12 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import MotionTerm, Way
-from hcsearch.cases.case import Case
-from hcsearch.cases.resolve import resolve
 from hcsearch.springs.identification.film_course import FilmedCourse, course_of
 from hcsearch.springs.identification.identified_motion import IdentifiedMotion, identify_films
 from hcsearch.springs.identification.measured_films import Film
 from hcsearch.springs.identification.motion_parameters import AXES, tilts_of
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.resolve import resolve
 from hcsearch_bench.run.bench import Say
 
 FILM_NOISE = 0.01 * math.pi

@@ -23,9 +23,9 @@ from hcsearch import (
     tune,
 )
 from hcsearch.basics.errors import HcsearchError, QueryError
-from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch as command_line
 from hcsearch.designs.grid import GRIDS, parse_array
+from hcsearch.subjects.resolve import resolve
 
 SMALL = "hex:023350:1"
 

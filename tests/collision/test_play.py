@@ -11,7 +11,6 @@ from naive_clearance import chain, fan, gaps, hinged, moments, pairs_looked_at, 
 from naive_distances import overlap_along_all
 
 from hcsearch.basics.vocabulary import millimetres, play_sentence
-from hcsearch.cases.resolve import resolve
 from hcsearch.kernels.collision.gaps import first_overlap
 from hcsearch.motion.collision.clearance import certify_clearance, least_gap_of_motion
 from hcsearch.motion.collision.distances import deepest_cut, first_cut
@@ -21,6 +20,7 @@ from hcsearch.springs.deployment.agreement import confirm_deployment
 from hcsearch.springs.deployment.deployment_facts import deploy_linkage
 from hcsearch.springs.deployment.play import course_of_deployment, needed_margin_of
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.subjects.resolve import resolve
 from tests.linkages import linkage_named
 
 LINKAGES = [

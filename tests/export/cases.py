@@ -1,10 +1,10 @@
 """What the tests of solid and simulator formats export: panels of one facet and of several, loops and a chain."""
 
-from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.designs.folding import Folding
 from hcsearch.scenes import SCENES, panel_of
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.mesh import facet_area
+from hcsearch.subjects.replay_sources import replay_of_path
 from tests.linkages import linkage_named
 
 PARTS = (

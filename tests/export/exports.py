@@ -5,7 +5,6 @@ from functools import cache
 from hypothesis import strategies as st
 
 from hcsearch.basics.errors import InputFileError
-from hcsearch.cases.resolve import resolve
 from hcsearch.designs.folding import foldings
 from hcsearch.export.cutting_sheets import CuttingSheet, cutting_sheet_of
 from hcsearch.export.export_files import exported_case
@@ -13,6 +12,7 @@ from hcsearch.export.exported import Exported
 from hcsearch.export.formats import EXPORT_FORMATS, WrittenFiles
 from hcsearch.export.settings import ExportSettings
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, Pattern
+from hcsearch.subjects.resolve import resolve
 from tests.strategies import circuits
 
 DESIGN = "hex:0234435011:1"

@@ -9,8 +9,6 @@ import pytest
 
 from hcsearch import save
 from hcsearch.basics.errors import OutputError
-from hcsearch.cases.replay_sources import replay_case
-from hcsearch.cases.resolve import resolve
 from hcsearch.export.animation import (
     FRAME_WIDTH,
     MAX_FRAME_COUNT,
@@ -20,6 +18,8 @@ from hcsearch.export.animation import (
     painters_order,
 )
 from hcsearch.export.formats import export_format_of
+from hcsearch.subjects.replay_sources import replay_case
+from hcsearch.subjects.resolve import resolve
 from tests.export.cases import case, replay
 
 GALLERY = Path(__file__).parents[2] / "docs" / "gallery"

@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 from hcsearch import check, deploy, drive, replay, save
 from hcsearch.api.driving import DriveOptions
 from hcsearch.basics.errors import HcsearchError, PatternError
-from hcsearch.cases.pattern_files import DrawnDesign, read_pattern_file
-from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.export.fold import fold_of
 from hcsearch.library.assemblies import ASSEMBLIES
@@ -26,6 +24,8 @@ from hcsearch.search.own_patterns.fold_reading import parse_fold, read_fold
 from hcsearch.search.own_patterns.packed_states import _PackingSearch, pack_drawing
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
+from hcsearch.subjects.pattern_files import DrawnDesign, read_pattern_file
+from hcsearch.subjects.resolve import resolve
 from hcsearch.system.work_steps import hearing_work
 from tests.commands import run_here
 

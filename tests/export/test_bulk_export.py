@@ -11,7 +11,6 @@ from click.testing import CliRunner
 
 from hcsearch import save, save_designs
 from hcsearch.basics.errors import HcsearchError, OutputError, QueryError
-from hcsearch.cases.names import is_query
 from hcsearch.cli import hcsearch
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS
@@ -19,6 +18,7 @@ from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import column_names, open_database, open_readonly, select
+from hcsearch.subjects.names import is_query
 from tests.export.exports import MOVING
 from tests.judging import judge
 

@@ -11,7 +11,6 @@ from PIL import Image
 
 from hcsearch import save
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.replay import stacks_of
 from hcsearch.cli import hcsearch
 from hcsearch.export.animation import MARK_COLOURS, SHADE_COUNT, centred_solids
 from hcsearch.export.films import (
@@ -25,6 +24,7 @@ from hcsearch.export.films import (
     caption_at,
     film_of,
 )
+from hcsearch.subjects.replay import stacks_of
 from tests.export.cases import case, replay
 from tests.export.exports import MOVING, exported
 

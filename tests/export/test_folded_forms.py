@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from hcsearch import check, save
 from hcsearch.basics.errors import PatternError
-from hcsearch.cases.resolve import resolve
 from hcsearch.search.own_patterns.fold_reading import parse_fold
+from hcsearch.subjects.resolve import resolve
 from tests.export.test_any_panels import packed_of, strip, written
 
 

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from hcsearch import save, show
 from hcsearch.basics.errors import HcsearchError, InputFileError
-from hcsearch.cases.pattern_files import DrawnDesign, read_pattern_file
 from hcsearch.designs.folding import Folding, foldings, representatives
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.search.own_patterns.line_drawings import read_cp, read_opx
 from hcsearch.search.own_patterns.svg_drawings import read_svg
+from hcsearch.subjects.pattern_files import DrawnDesign, read_pattern_file
 from tests.commands import run_here
 from tests.export.test_any_panels import strip
 from tests.fuzz.mutations import judge, mutated

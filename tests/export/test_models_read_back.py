@@ -9,9 +9,9 @@ import pytest
 
 from hcsearch import save
 from hcsearch.basics.errors import InputFileError
-from hcsearch.cases.resolve import resolve
 from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
 from hcsearch.search.own_patterns import flat_models
+from hcsearch.subjects.resolve import resolve
 from tests.commands import run_here
 
 _NAMES = (

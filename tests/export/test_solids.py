@@ -12,7 +12,6 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation, Slerp
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.export.glb import GLB_ANIMATION_SECONDS, glb_of
 from hcsearch.export.panel_solids import panel_solid_of, placed_vertices, wanted_panels
@@ -20,6 +19,7 @@ from hcsearch.export.print_formats import stl_of, threemf_of
 from hcsearch.export.step import step_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import RIGID_CREASE, VALLEY_CREASE, Pattern
+from hcsearch.subjects.replay_sources import replay_of_path
 from tests.export.cases import NAMES, case, merged, replay, volumes
 from tests.export.gltf import Scene
 from tests.strategies import circuits

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from hcsearch import check, prove, save
 from hcsearch.basics.errors import HcsearchError, PatternError
-from hcsearch.cases.resolve import resolve
 from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
 from hcsearch.motion.kinematics.within_stops import close_within_stops
 from hcsearch.motion.locks.enclosures import enclose_ends
@@ -23,6 +22,7 @@ from hcsearch.motion.planning.problems import group_of_all, loops_of
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Crease, Pattern
+from hcsearch.subjects.resolve import resolve
 from hcsearch.web.report.sheet_drawings import stowed_drawing
 from tests.commands import run_here
 from tests.export.exports import MOVING

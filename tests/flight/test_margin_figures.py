@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hcsearch.cases.resolve import resolve
-from hcsearch.cases.travels import travel_of_case
 from hcsearch.designs.folding import Folding
 from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.scenes import Scene
@@ -20,6 +18,8 @@ from hcsearch.springs.flight.torque_margin import (
     torque_margins_failed,
 )
 from hcsearch.springs.flight.travel import states_at, travel_along, travel_by_springs
+from hcsearch.subjects.resolve import resolve
+from hcsearch.subjects.travels import travel_of_case
 from tests.flight.random_margins import dual, primal
 from tests.planned import planned
 

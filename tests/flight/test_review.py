@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.resolve import resolve
-from hcsearch.cases.travels import travel_of_case
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.scenes import SCENES, Scene
@@ -21,6 +19,8 @@ from hcsearch.springs.flight.latching import arrival_loads
 from hcsearch.springs.flight.review import review
 from hcsearch.springs.flight.rules import Rule, Rules, read_rules
 from hcsearch.springs.flight.spring_choice import springs_that_pass
+from hcsearch.subjects.resolve import resolve
+from hcsearch.subjects.travels import travel_of_case
 
 NAME = "hex:0234550132:4"
 ECSS = read_rules("ecss")

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch import save
-from hcsearch.cases.pattern_files import read_pattern_file
+from hcsearch.subjects.pattern_files import read_pattern_file
 from tests.fuzz.mutations import judge, mutated
 from tests.fuzz.test_fuzz_fold import changed
 

@@ -8,13 +8,13 @@ import numpy as np
 from hypothesis import strategies as st
 
 from hcsearch.basics.vocabulary import WAYS
-from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import replay_case, replay_of_path
-from hcsearch.cases.resolve import resolve
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
+from hcsearch.subjects.replay import Replay
+from hcsearch.subjects.replay_sources import replay_case, replay_of_path
+from hcsearch.subjects.resolve import resolve
 from tests.planned import planned
 from tests.strategies import circuits
 

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.designs.folding import Folding
 from hcsearch.motion.collision.distances import nearest_panels
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import VALLEY_CREASE, Pattern
+from hcsearch.subjects.replay_sources import replay_of_path
 from hcsearch.web.player.player_data import angles_in, payload_of, replay_in, stacks_of
 from tests.player.motions import linkages_of, random_replays, replay_of, twin_poses
 

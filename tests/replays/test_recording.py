@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hcsearch.basics.vocabulary import WAYS
-from hcsearch.cases.replay_sources import REPLAY_ANGLE_TOLERANCE, replay_of_deployment, replay_of_path
-from hcsearch.cases.resolve import resolve
 from hcsearch.cli import hcsearch
 from hcsearch.designs.folding import Folding
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+from hcsearch.subjects.replay_sources import REPLAY_ANGLE_TOLERANCE, replay_of_deployment, replay_of_path
+from hcsearch.subjects.resolve import resolve
 from tests.planned import SAMPLES, joined, planned
 
 CLEAR, COLLIDES = "hex:0234550132:4", "thesis-4x4"

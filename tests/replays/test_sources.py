@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases import replay_sources
-from hcsearch.cases.replay_sources import replay_case, stored_replays
-from hcsearch.cases.resolve import resolve
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import open_database, open_readonly, schema, select
+from hcsearch.subjects import replay_sources
+from hcsearch.subjects.replay_sources import replay_case, stored_replays
+from hcsearch.subjects.resolve import resolve
 
 MOVES, STUCK, TWISTED, ASSEMBLY = "hex:0234550132:4", "hex:0234451512:0", "hex:02334051:0", "thesis-4x4"
 

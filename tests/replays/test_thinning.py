@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.cases.replay import thin_states
+from hcsearch.subjects.replay import thin_states
 
 TOLERANCES = st.sampled_from([0.0, 1e-3, 0.1, 3.0])
 

@@ -4,7 +4,7 @@ import json
 import re
 from html.parser import HTMLParser
 
-from hcsearch.cases.resolve import resolve
+from hcsearch.subjects.resolve import resolve
 from hcsearch.web.report.design_data import ComputedFolding, fetch_computed_data
 
 VOID = {"meta", "input", "path", "circle"}

@@ -8,12 +8,12 @@ from click.testing import CliRunner
 from hcsearch.api.deploying import deploy
 from hcsearch.api.describing import describe
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.replay_sources import replay_of_deployment
-from hcsearch.cases.resolve import resolve
 from hcsearch.cli.assembly import assembly
 from hcsearch.cli.show import show
 from hcsearch.designs.grid import GRIDS
 from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
+from hcsearch.subjects.replay_sources import replay_of_deployment
+from hcsearch.subjects.resolve import resolve
 from hcsearch.web.report.assembly_page import fetch_assembly_data
 from hcsearch.web.report.linkage_page import render_linkage
 from hcsearch.web.report.motion_plots import marks_of_motion

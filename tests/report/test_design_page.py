@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from hcsearch.basics.errors import OutputError, SceneError
-from hcsearch.cases.mechanisms import freedoms_of, lock_sentences
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.grid import GRIDS
@@ -16,6 +15,7 @@ from hcsearch.designs.records import Trial
 from hcsearch.scenes import Scene
 from hcsearch.search.enumeration import enumerate_circuits
 from hcsearch.store import open_database, open_readonly, select
+from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
 from hcsearch.web.report.design_data import fetch_design_data
 from hcsearch.web.report.lead_sentences import design_sentence
 from hcsearch.web.report.page_files import render_design, write_computed_design

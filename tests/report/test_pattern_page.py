@@ -7,8 +7,8 @@ from click.testing import CliRunner
 
 from hcsearch import save
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.resolve import resolve
 from hcsearch.cli.show import show
+from hcsearch.subjects.resolve import resolve
 from hcsearch.web.report.linkage_page import render_linkage
 from hcsearch.web.report.pattern_page import fetch_pattern_data
 from tests.export.test_any_panels import strip, written

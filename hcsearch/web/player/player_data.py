@@ -43,11 +43,11 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.replay import Replay, stacks_of
 from hcsearch.motion.collision.distances import nearest_panels
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, Pattern
+from hcsearch.subjects.replay import Replay, stacks_of
 
 Payload = dict[str, Any]
 

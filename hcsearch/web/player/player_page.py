@@ -10,7 +10,7 @@ from html import escape
 from importlib.resources import files
 from string import Template
 
-from hcsearch.cases.replay import Replay
+from hcsearch.subjects.replay import Replay
 from hcsearch.web.player.player_data import payload_of
 
 

@@ -8,9 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.case import Case, NamedAssembly
-from hcsearch.cases.names import parameters_of
-from hcsearch.cases.replay_sources import replay_of_motion
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.description import describe_assembly
 from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
@@ -19,6 +16,9 @@ from hcsearch.motion.paths.linkage_motion import LinkageMotion, row_step
 from hcsearch.motion.paths.start_states import resolve_start
 from hcsearch.shape.pattern_drawing import draw_pattern
 from hcsearch.springs.deployment.deployment_facts import Deployed, deploy_linkage
+from hcsearch.subjects.case import Case, NamedAssembly
+from hcsearch.subjects.names import parameters_of
+from hcsearch.subjects.replay_sources import replay_of_motion
 from hcsearch.system.outputs import write_output
 from hcsearch.web.report.design_data import ShownMotion
 from hcsearch.web.report.linkage_page import (

@@ -15,12 +15,12 @@ from typing import Any
 from hcsearch.basics.errors import DatabaseError, NotationError
 from hcsearch.basics.simulation_accuracy import accuracy_sentences
 from hcsearch.basics.undecided_simulations import undecided_sentences
-from hcsearch.cases.replay_sources import stored_replays
 from hcsearch.designs.circuit import Circuit
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, Summary, best_creases, rows_of_designs, scene_names, select, summarize
 from hcsearch.store.columns import DESIGN_QUANTITIES
 from hcsearch.store.quantity import Quantity
+from hcsearch.subjects.replay_sources import stored_replays
 from hcsearch.system.work_steps import work_step
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.accuracy_section import ShownAccuracy

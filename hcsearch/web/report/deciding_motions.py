@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.names import deployment_scene_name
-from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import replay_of_deployment
-from hcsearch.cases.resolve import resolve
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.store import Database
+from hcsearch.subjects.names import deployment_scene_name
+from hcsearch.subjects.replay import Replay
+from hcsearch.subjects.replay_sources import replay_of_deployment
+from hcsearch.subjects.resolve import resolve
 from hcsearch.web.player import payload_of
 from hcsearch.web.report.accuracy_section import accuracy_of_deployment
 from hcsearch.web.report.data import ReportData, ViewRow

@@ -11,14 +11,6 @@ from typing import cast
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import STATUSES, millimetres, play_sentence
-from hcsearch.cases.case import Case
-from hcsearch.cases.mechanisms import Freedoms, freedoms_of, lock_sentences
-from hcsearch.cases.names import deployment_scene_name, way_option_text
-from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import replay_case, replay_of_deployment, replay_of_mode, stored_replays
-from hcsearch.cases.resolve import resolve
-from hcsearch.cases.stored_scenes import stored_scene
-from hcsearch.cases.travels import travel_of_case
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize, panel_text
@@ -34,6 +26,14 @@ from hcsearch.springs.flight.review import review
 from hcsearch.springs.flight.rules import read_rules
 from hcsearch.springs.flight.stowage import Stowage, stowage_of
 from hcsearch.store import Database, best_creases, select
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.mechanisms import Freedoms, freedoms_of, lock_sentences
+from hcsearch.subjects.names import deployment_scene_name, way_option_text
+from hcsearch.subjects.replay import Replay
+from hcsearch.subjects.replay_sources import replay_case, replay_of_deployment, replay_of_mode, stored_replays
+from hcsearch.subjects.resolve import resolve
+from hcsearch.subjects.stored_scenes import stored_scene
+from hcsearch.subjects.travels import travel_of_case
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.accuracy_section import ShownAccuracy, accuracy_of_deployment
 from hcsearch.web.report.data import FoldingKey, ViewRow, deployments_of, foldings_of, motions_of

@@ -11,10 +11,10 @@ from typing import Any
 from markupsafe import Markup
 
 from hcsearch.basics.vocabulary import counted
-from hcsearch.cases.case import Case
-from hcsearch.cases.replay import Replay
-from hcsearch.cases.replay_sources import replay_of_deployment
 from hcsearch.springs.deployment.deployment_facts import Deployed
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.replay import Replay
+from hcsearch.subjects.replay_sources import replay_of_deployment
 from hcsearch.web.player import payload_of, player_script
 from hcsearch.web.player.player_page import as_script, digest_of
 from hcsearch.web.report.design_data import ShownMotion, spring_motion_title

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.cases.replay import Replay, thin_states
 from hcsearch.shape.labels import Labels, label_ranges
 from hcsearch.springs.deployment.deployment_facts import deployment_energies
 from hcsearch.springs.deployment.simulated_deployment import Deployment
+from hcsearch.subjects.replay import Replay, thin_states
 from hcsearch.system.curve_labels import COINCIDING_ANGLE, coinciding
 from hcsearch.system.terminal import short_number
 from hcsearch.web.player import Payload

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from hcsearch.basics.errors import SceneError
-from hcsearch.cases.case import Case
-from hcsearch.cases.pattern_files import DrawnPattern
-from hcsearch.cases.replay_sources import replay_of_path
 from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion, reason_of
 from hcsearch.search.own_patterns.checked_patterns import pattern_mobility
 from hcsearch.shape.pattern_drawing import draw_pattern
 from hcsearch.springs.deployment.deployment_facts import Deployed, deploy_linkage
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.pattern_files import DrawnPattern
+from hcsearch.subjects.replay_sources import replay_of_path
 from hcsearch.system.outputs import write_output
 from hcsearch.web.report.design_data import ShownMotion
 from hcsearch.web.report.linkage_page import (

@@ -7,7 +7,6 @@ from typing import Any
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import DESIGN_STATUSES
-from hcsearch.cases.names import deployment_scene_name
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, Grid
 from hcsearch.designs.grid.step_names import reading_frames
@@ -15,6 +14,7 @@ from hcsearch.scenes.envelopes import envelope_catalogue
 from hcsearch.shape.drawing import drawn_size, shortest_side
 from hcsearch.store.columns import FOLDING_QUANTITIES
 from hcsearch.store.quantity import Quantity
+from hcsearch.subjects.names import deployment_scene_name
 from hcsearch.web.report.data import ReportData, ViewRow
 from hcsearch.web.report.reasons import best_deployment, status_reason, verdict_of_row
 

@@ -25,12 +25,12 @@ from werkzeug.routing import Map, Rule
 from werkzeug.wrappers import Request, Response
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
-from hcsearch.cases.names import design_named
 from hcsearch.designs.circuit import Circuit
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
+from hcsearch.subjects.names import design_named
 from hcsearch.web.serve import jobs
 from hcsearch.web.serve.assembly_list import render_assembly_list
 from hcsearch.web.serve.downloads import MEDIA_TYPES, ResultStreams, asks_for_few_rows, read_export, text_of_few_rows

@@ -6,9 +6,9 @@ from functools import cache
 
 from markupsafe import Markup
 
-from hcsearch.cases.names import parameters_of
 from hcsearch.library.assemblies import ASSEMBLIES, Assembly
 from hcsearch.shape.pattern_drawing import draw_pattern
+from hcsearch.subjects.names import parameters_of
 from hcsearch.web.serve.template_pages import render_page
 
 

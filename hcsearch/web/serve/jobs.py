@@ -18,7 +18,6 @@ from typing import Any, Generic, TypeVar
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import ReplaySource
-from hcsearch.cases.replay_sources import stored_replays
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.export.export_files import export_files
@@ -26,6 +25,7 @@ from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat
 from hcsearch.export.settings import ExportSettings
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.store import open_readonly
+from hcsearch.subjects.replay_sources import stored_replays
 from hcsearch.web.serve.requests import ListRequest, design_address, list_address_of
 
 
@@ -64,7 +64,7 @@ def stored_design_page(db: str, circuit: Circuit, number: int, scene: str, scene
 
 def assembly_page(db: str, name: str) -> str:
     """Return the page of an assembly in the scene `default`."""
-    from hcsearch.cases.resolve import resolve  # noqa: PLC0415 - the engine
+    from hcsearch.subjects.resolve import resolve  # noqa: PLC0415 - the engine
     from hcsearch.web.report.assembly_page import fetch_assembly_data  # noqa: PLC0415 - the engine
     from hcsearch.web.report.linkage_page import render_linkage  # noqa: PLC0415 - the engine
 

@@ -14,17 +14,6 @@ from typing import Any
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError, NoDatabaseError, PatternError, QueryError, SceneError
 from hcsearch.basics.vocabulary import Way
-from hcsearch.cases.case import Case, CaseSubject, NamedAssembly, StoredFolding
-from hcsearch.cases.databases import Place, database_snapshot
-from hcsearch.cases.names import is_id, only_folding, refuse_unknown, stored_circuit
-from hcsearch.cases.pattern_files import (
-    PATTERN_SUFFIXES,
-    DrawnPattern,
-    is_pattern_file,
-    only_drawn_folding,
-    read_pattern_file,
-)
-from hcsearch.cases.stored_scenes import only_scene, read_scene, scene_database
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of, foldings, split_crease
 from hcsearch.library.assemblies import ASSEMBLIES
@@ -35,6 +24,17 @@ from hcsearch.scenes.scene_file import SUBJECT_KEYS, read_scene_file, scene_file
 from hcsearch.scenes.values import shown_value
 from hcsearch.shape.linkage import Linkage
 from hcsearch.store.failures import retry_if_changed
+from hcsearch.subjects.case import Case, CaseSubject, NamedAssembly, StoredFolding
+from hcsearch.subjects.databases import Place, database_snapshot
+from hcsearch.subjects.names import is_id, only_folding, refuse_unknown, stored_circuit
+from hcsearch.subjects.pattern_files import (
+    PATTERN_SUFFIXES,
+    DrawnPattern,
+    is_pattern_file,
+    only_drawn_folding,
+    read_pattern_file,
+)
+from hcsearch.subjects.stored_scenes import only_scene, read_scene, scene_database
 from hcsearch.system.terminal import write_notice
 
 

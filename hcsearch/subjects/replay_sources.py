@@ -13,10 +13,6 @@ from hcsearch import store
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SizeError
 from hcsearch.basics.vocabulary import WAYS, Formulation, ReplaySource
-from hcsearch.cases.case import Case, NamedAssembly
-from hcsearch.cases.pattern_files import DrawnPattern
-from hcsearch.cases.replay import Replay, thin_states
-from hcsearch.cases.stored_scenes import stored_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.designs.panel_sizes import PanelSize
@@ -28,6 +24,10 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.springs.drive.driven_folding import find_drive_motion, no_drive_reason, no_path_reason
 from hcsearch.springs.flight.deployed_modes import DeployedModes
+from hcsearch.subjects.case import Case, NamedAssembly
+from hcsearch.subjects.pattern_files import DrawnPattern
+from hcsearch.subjects.replay import Replay, thin_states
+from hcsearch.subjects.stored_scenes import stored_scene
 from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:

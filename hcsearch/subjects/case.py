@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError, SceneError
 from hcsearch.basics.vocabulary import Formulation, Way
-from hcsearch.cases.names import parameters_of
-from hcsearch.cases.pattern_files import DrawnPattern
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize, panel_text
@@ -22,6 +20,8 @@ from hcsearch.scenes.looks import SceneVariant, setup_of_variant
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
+from hcsearch.subjects.names import parameters_of
+from hcsearch.subjects.pattern_files import DrawnPattern
 
 if TYPE_CHECKING:
     from hcsearch.springs.deployment.drives import Drives

@@ -9,9 +9,6 @@ from typing import Any
 
 from hcsearch import store
 from hcsearch.basics.vocabulary import percent, play_sentence
-from hcsearch.cases.databases import Place, database_location, reading_database
-from hcsearch.cases.names import deployment_scene_name, stored_circuit, way_option_text
-from hcsearch.cases.stored_scenes import scene_asked_for, stored_scene
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize
@@ -19,6 +16,9 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
 from hcsearch.store.conditions import find_quantity
 from hcsearch.store.location import parse_location
 from hcsearch.store.quantity import Quantity
+from hcsearch.subjects.databases import Place, database_location, reading_database
+from hcsearch.subjects.names import deployment_scene_name, stored_circuit, way_option_text
+from hcsearch.subjects.stored_scenes import scene_asked_for, stored_scene
 from hcsearch.system.machine import default_database
 
 _MOTION_COLUMNS = ("deployable", "needed_margin", "least_gap", "deploy_time", "min_clearance", "score")

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError
-from hcsearch.cases.databases import Place, reading_database
-from hcsearch.cases.pattern_files import is_pattern_file, refuse_other_file
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.scenes.scene import joined_name, warn_of_panel_size
 from hcsearch.store.columns import column_names
+from hcsearch.subjects.databases import Place, reading_database
+from hcsearch.subjects.pattern_files import is_pattern_file, refuse_other_file
 
 if TYPE_CHECKING:
     from hcsearch.designs.panel_sizes import PanelSize

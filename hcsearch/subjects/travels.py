@@ -6,12 +6,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.cases.case import Case
-from hcsearch.cases.pattern_files import DrawnPattern
-from hcsearch.cases.replay_sources import find_path
 from hcsearch.scenes import Scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.springs.flight.travel import Travel, travel_along, travel_of_deployment
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.pattern_files import DrawnPattern
+from hcsearch.subjects.replay_sources import find_path
 
 
 class MovedCase(NamedTuple):
