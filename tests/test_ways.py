@@ -18,7 +18,6 @@ from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import find_verdict, open_database, open_readonly, schema, select
-from hcsearch.subjects.replay_sources import replay_case
 from hcsearch.subjects.resolve import resolve
 from tests.judging import judge
 
@@ -122,7 +121,7 @@ def test_motions_drives_and_deployments_are_of_the_same_linkage(here):
     assert (facts["flat_pairs"], facts["hinges"]) == ("hinged", HINGED)
     assert told.strip() == "flat pairs hinged, as in the deployment that deploys"  # a path asks for no springs
     for by in ("path", "springs"):
-        assert replay_case(resolve("1", str(here), path=by == "path"), by)[0].angles.shape[1] == HINGED
+        assert resolve("1", str(here), path=by == "path").replay(by)[0].angles.shape[1] == HINGED
     assert resolve("1", str(here)).linkage.n_panels == HINGED
 
 
@@ -186,9 +185,9 @@ def test_show_names_the_way_that_gave_a_design_its_numbers(here):
 
 
 def test_a_certified_motion_by_springs_comes_before_a_path_that_is_not_proved(sprung, tmp_path):
-    opened = replay_case(resolve("1:2", str(sprung)))[0]
+    opened = resolve("1:2", str(sprung)).replay()[0]
     assert (opened.axis, opened.certified) == ("time", ((0.0, opened.at[-1]),))
-    unproved = replay_case(resolve("1:2", str(sprung), path=True), "path")[0]
+    unproved = resolve("1:2", str(sprung), path=True).replay("path")[0]
     assert (unproved.axis, unproved.certified) == ("path", ())
     _, told = call("export", "1:2", "--db", sprung, "--output", tmp_path / "a.glb")
     assert told.strip() == "flat pairs rigid, as in the deployment that deploys"

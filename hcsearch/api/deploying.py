@@ -7,7 +7,7 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.vocabulary import Formulation, Way
 from hcsearch.scenes import Scene
-from hcsearch.springs.deployment.deployment_facts import Deployed, deploy_linkage
+from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.subjects.case import Case, CaseSubject
 from hcsearch.subjects.databases import Place
 from hcsearch.subjects.resolve import resolve
@@ -69,12 +69,4 @@ def deploy(
     check_kinds(deploy, locals())
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values)
     write_notice(case.sentence)
-    return deploy_linkage(
-        case.name,
-        case.linkage,
-        case.setup,
-        formulation or case.formulation or "constrained",
-        method=method,
-        tolerance=tolerance,
-        drives=case.drives,
-    )
+    return case.deployed(formulation, method=method, tolerance=tolerance)

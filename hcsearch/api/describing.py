@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.basics.errors import HcsearchError
-from hcsearch.library.assemblies import ASSEMBLIES, Assembly, description
+from hcsearch.library.assemblies import ASSEMBLIES, description
 from hcsearch.shape.pattern_drawing import draw_pattern
-from hcsearch.subjects.names import parameters_of
+from hcsearch.subjects.assembly_case import assembly_named, parameters_of
 
 
 def describe(name: str, **parameters: Any) -> dict[str, Any]:
@@ -29,13 +28,13 @@ def describe(name: str, **parameters: Any) -> dict[str, Any]:
         Plain data, which JSON can hold.
     """
     check_kinds(describe, locals())
-    assembly = _named(name)
+    assembly = assembly_named(name)
     return description.describe_assembly(assembly, parameters_of(assembly, parameters))
 
 
 def draw_assembly(name: str, parameters: Mapping[str, Any]) -> str:
     """Draw the flat pattern of an assembly as SVG; parameters : as in `describe`."""
-    assembly = _named(name)
+    assembly = assembly_named(name)
     return draw_pattern(assembly.build(parameters_of(assembly, parameters)), assembly.title)
 
 
@@ -50,9 +49,3 @@ def list_assemblies() -> list[dict[str, Any]]:
         }
         for assembly in ASSEMBLIES.values()
     ]
-
-
-def _named(name: str) -> Assembly:
-    if name not in ASSEMBLIES:
-        raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list")
-    return ASSEMBLIES[name]

@@ -15,15 +15,10 @@ from hcsearch.springs.drive.driven_folding import (
     DRIVE_STAGES,
     DriveOptions,
     NoPathError,
-    drive_along,
-    drive_linkage,
     latch_facts,
-    no_path_reason,
 )
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.databases import Place
-from hcsearch.subjects.pattern_files import DrawnPattern
-from hcsearch.subjects.replay_sources import find_path
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress
@@ -69,12 +64,8 @@ def drive(
         raise HcsearchError("drives are for an array that is held: hold a panel, such as --held bottom")
     if progress is not None:
         progress(0, len(DRIVE_STAGES), DRIVE_STAGES[0])
-    path_scene, motion, note = find_path(case)
+    path = case.path()
     try:
-        if isinstance(case.what, DrawnPattern):
-            if motion.proved is None:
-                raise NoPathError(no_path_reason(motion))
-            return drive_linkage(case.facts, case.linkage, path_scene, motion.proved, options, progress)
-        return drive_along(case.to_move(), path_scene, motion, options, progress)
+        return case.driven(path, options, progress)
     finally:
-        write_notice(note)
+        write_notice(path.note)

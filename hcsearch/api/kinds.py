@@ -28,7 +28,6 @@ _NOT_LOADED = {
     "pd": SimpleNamespace(DataFrame=object),
     "Place": str | Path | _class_named("Database", "hcsearch.store.database"),
     "Case": _class_named("Case", "hcsearch.subjects.case"),
-    "CheckedPattern": _class_named("CheckedPattern", "hcsearch.search.own_patterns.checked_patterns"),
 }
 """Stand-ins for names in annotations whose modules are loaded only if needed."""
 _UNIONS = (Union, UnionType)

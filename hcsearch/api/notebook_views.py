@@ -7,7 +7,7 @@ from hcsearch.designs.twisting import twist
 from hcsearch.motion.paths.linkage_motion import LinkageMotion
 from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.subjects.replay import Replay
-from hcsearch.subjects.replay_sources import replay_case, replay_of_deployment, replay_of_motion
+from hcsearch.subjects.replay_sources import replay_of_deployment, replay_of_motion
 from hcsearch.subjects.resolve import resolve
 from hcsearch.web.player import notebook_html
 
@@ -33,5 +33,5 @@ def _folding_html(folding: Folding) -> str | None:
     """Return the picture of a folding above its motion; None if it is twisted or large."""
     if folding.circuit.n > MAX_PLANNED_PANELS or twist(folding):
         return None
-    replay, _ = replay_case(resolve(folding))
+    replay, _ = resolve(folding).replay()
     return f"<div>{folding._repr_svg_()}</div>{notebook_html(replay)}"

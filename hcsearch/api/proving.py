@@ -15,7 +15,6 @@ from hcsearch.motion.certificates.certificate_grammar import SECONDS, Clock
 from hcsearch.scenes import Scene
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.databases import Place
-from hcsearch.subjects.pattern_files import DrawnPattern
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.work_steps import Progress
@@ -70,11 +69,7 @@ def prove(
     check_kinds(prove, locals())
     check_output(str(path), _ENDINGS)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs)
-    if isinstance(case.what, DrawnPattern):
-        case.check_moved()
-        data, sentences = certifying.prove_pattern(case.linkage, case.title, case.scene.margin, budget, progress)
-    else:
-        data, sentences = certifying.prove_folding(case.to_move(), case.panel, case.allowed, case.scene.margin, budget)
+    data, sentences = case.certificate(budget, progress)
     write_output(str(path), json.dumps(data, separators=(",", ":")) + "\n", _ENDINGS)
     return Certificate(Path(path), tuple(sentences))
 

@@ -14,7 +14,7 @@ from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.databases import Place
 from hcsearch.subjects.replay import Replay
-from hcsearch.subjects.replay_sources import replay_case, replay_of_deployment, replay_of_motion
+from hcsearch.subjects.replay_sources import replay_of_deployment, replay_of_motion
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 
@@ -58,6 +58,6 @@ def replay(
         return replay_of_motion(what)
     path = motion == "path"
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=path)
-    shown, note = replay_case(case, motion)
+    shown, note = case.replay(motion)
     write_notice(note)
     return shown

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +15,7 @@ from hcsearch.springs.flight.review import review
 from hcsearch.springs.flight.rules import read_rules
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.databases import Place
-from hcsearch.subjects.pattern_files import DrawnPattern
 from hcsearch.subjects.resolve import resolve
-from hcsearch.subjects.travels import travel_of_case
 from hcsearch.system.outputs import check_output, write_output
 
 SHEET_SUFFIXES = {".md": "markdown", ".tex": "latex", ".txt": "text", ".html": "html"}
@@ -60,9 +57,8 @@ def sheet(
     check_kinds(sheet, locals())
     standard = read_rules(rules)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)
-    moved = travel_of_case(case)
-    reviewed = review(moved.travel, standard, title=case.title, source=moved.source, measured=measured)
-    return replace(reviewed, kind="pattern") if isinstance(case.what, DrawnPattern) else reviewed
+    moved = case.travel()
+    return review(moved.travel, standard, kind=case.kind, title=case.title, source=moved.source, measured=measured)
 
 
 def check_sheet_file(path: str | Path) -> None:

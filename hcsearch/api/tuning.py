@@ -26,7 +26,6 @@ from hcsearch.springs.tuning.tuning_options import Spread, TuningOptions, damper
 from hcsearch.subjects.case import Case, CaseSubject
 from hcsearch.subjects.databases import Place, writing_database
 from hcsearch.subjects.resolve import resolve
-from hcsearch.subjects.travels import travel_of_case
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress
 
@@ -177,11 +176,11 @@ def tune_to_rules(
     check_kinds(tune_to_rules, locals())
     standard = read_rules(rules)
     case = resolve(what, db, scene=scene, panel=panel, flat_pairs=flat_pairs, values=values, path=True)
-    moved = travel_of_case(case)
+    moved = case.travel()
     chosen = springs_that_pass(moved.travel, standard, measured=measured, offers=tuple(offers))
     scene = scene_of_setup(chosen.setup, moved.scene, labels_of(chosen.linkage))
     return RuledSprings(
-        case.title, source=moved.source, springs=chosen, file_text=scene_file_text(case.facts, None, scene)
+        case.title, source=moved.source, springs=chosen, file_text=scene_file_text(case.entries, None, scene)
     )
 
 
@@ -190,4 +189,4 @@ def tuned_file_text(case: Case, tuning: Tuning) -> str:
     setup = tuning.chosen.setup_in(tuning.setup)
     scene = scene_of_setup(setup, case.joined_scene, tuning.labels)
     bought = "" if tuning.springs_to_buy is None else f"# buy: {tuning.purchase}\n"
-    return bought + scene_file_text(case.facts, tuning.formulation, scene)
+    return bought + scene_file_text(case.entries, tuning.formulation, scene)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Literal, get_args
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, get_args
 
 Keep = Literal["all", "two-stack", "untwisted"]
 KEEPS: tuple[Keep, ...] = get_args(Keep)
@@ -84,6 +84,11 @@ def plural(noun: str) -> str:
 def counted(count: int, noun: str) -> str:
     """Return a number of things in words, such as `1 hinge` and `2 hinges`."""
     return f"{count:,} {noun if count == 1 else plural(noun)}"
+
+
+def sizes_text(facts: Mapping[str, Any]) -> str:
+    """Return the numbers of panels, hinges and loops of a linkage in words."""
+    return ", ".join(counted(facts[f"{part}s"], part) for part in ("panel", "hinge", "loop"))
 
 
 def percent(share: float) -> str:

@@ -53,8 +53,11 @@ def assembly(
     facts = describing.describe(name, **parameters)
     if as_json:
         click.echo(json.dumps(facts, indent=2, allow_nan=False))
-    else:
-        print_facts(facts)
+        return
+    from hcsearch.library.assemblies.fact_texts import fact_lines
+
+    for line in fact_lines(facts):
+        click.echo(line)
 
 
 def _print_list(rows: list[dict[str, Any]], as_json: bool) -> None:
@@ -68,15 +71,3 @@ def _print_list(rows: list[dict[str, Any]], as_json: bool) -> None:
     for row in table:
         padded = "  ".join(str(text).ljust(width) for text, width in zip(row, widths, strict=False))
         click.echo(f"{padded}  {row[3]}")
-
-
-def print_facts(facts: dict[str, Any]) -> None:
-    """Print the facts, one per line with its unit, then the statements of the thesis."""
-    from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
-
-    for label, text in fact_rows(facts):
-        click.echo(f"{label:21}{text}")
-    for label, text, verdict in published_rows(facts):
-        click.echo(f"{'the thesis':21}{label} {text}: {verdict}")
-    for note in facts["notes"]:
-        click.echo(f"{'note':21}{note}")

@@ -9,17 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.basics.errors import HcsearchError, SceneError
-from hcsearch.basics.vocabulary import WAYS, counted, listed
+from hcsearch.basics.vocabulary import WAYS, listed
 from hcsearch.cli.options import Command, database_option, joined_words
 from hcsearch.designs.grid import GRIDS
 
 if TYPE_CHECKING:
     from hcsearch.subjects.case import Case
-
-
-def sizes_text(facts: Mapping[str, Any]) -> str:
-    """Return the numbers of panels, hinges and loops of a linkage in words."""
-    return ", ".join(counted(facts[f"{part}s"], part) for part in ("panel", "hinge", "loop"))
 
 
 def _given_edges() -> str:

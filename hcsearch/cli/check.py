@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hcsearch.basics.vocabulary import counted, millimetres, play_sentence
-from hcsearch.cli.cases import case_options, circuit_options, sizes_text
+from hcsearch.cli.cases import case_options, circuit_options
 from hcsearch.cli.options import examples_epilog
 from hcsearch.cli.progress import ProgressMeter
 from hcsearch.system.machine import default_database
@@ -17,8 +16,7 @@ from hcsearch.system.machine import default_database
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hcsearch.search.own_patterns.checked_patterns import CheckedPattern
-    from hcsearch.search.own_patterns.single_circuits import CheckedCircuit
+    from hcsearch.search.own_patterns.checked import Checked
 
 
 @click.command(
@@ -52,109 +50,31 @@ def check(name: str, as_json: bool, **options: Any) -> None:
     for wrong input.
     """
     from hcsearch.api import checking
-    from hcsearch.search.own_patterns.checked_patterns import CheckedPattern
 
     named = case_options(options)
     with ProgressMeter("folding") as meter:
         checked = checking.check(name, progress=meter, **named)
-    if isinstance(checked, CheckedPattern):
-        _show_pattern(checked, as_json=as_json)
+    if as_json:
+        click.echo(json.dumps(checked.facts, indent=2, allow_nan=False))
     else:
-        _show_circuit(checked, named, as_json=as_json)
+        _print(checked, named)
+    if checked.fault:
+        click.echo(checked.fault, err=True)
     if not checked.deploys:
         click.get_current_context().exit(1)
 
 
-def _show_pattern(checked: CheckedPattern, *, as_json: bool) -> None:
-    """Print the results on a pattern that is no design."""
-    facts = checked.facts()
-    if as_json:
-        click.echo(json.dumps(facts, indent=2, allow_nan=False))
-        return
-    sizes = f"longest edge {facts['longest_edge_mm']:.6g} mm, {facts['thickness_mm']:.6g} mm thick"
-    click.echo(f"{facts['pattern']}: {sizes_text(facts)}")
-    click.echo(f"  {sizes}, scene {facts['scene']}")
-    if facts["moved_mm"]:
-        click.echo(f"  points are moved by up to {facts['moved_mm']:.3g} mm, so that the packed state closes")
-    freedoms = {"during the motion": "dof", "packed": "dof_packed", "flat": "dof_flat"}
-    told = [f"{'-' if facts[key] is None else facts[key]} {state}" for state, key in freedoms.items()]
-    click.echo(f"  degrees of freedom: {', '.join(told)} (Kutzbach {facts['kutzbach']})")
-    click.echo(f"status: {facts['status'] or 'no packed state'}")
-    for sentence in facts["reasons"]:
-        click.echo(f"  {sentence}")
-    if facts["play"] is not None:
-        click.echo(f"  {facts['play']}")
-
-
-def _show_circuit(checked: CheckedCircuit, named: Mapping[str, Any], *, as_json: bool) -> None:
-    """Print the results on the foldings of a circuit."""
-    from hcsearch.designs.folding import no_folding_reason
-
-    if as_json:
-        click.echo(json.dumps(_facts(checked), indent=2, allow_nan=False))
-    else:
-        _print(checked, named)
-    if not checked.two_stack:
-        click.echo(f"nothing folds: {no_folding_reason(checked.circuit.n)}", err=True)
-
-
-def _facts(checked: CheckedCircuit) -> dict[str, Any]:
-    circuit = checked.circuit
-    return {
-        "circuit": circuit.notation,
-        "array": circuit.array.canonical().notation,
-        "panels": circuit.n,
-        "panel_mm": _panel(checked),
-        "scene": checked.scene.name,
-        "funnel": checked.funnel,
-        "foldings": [
-            {
-                "folding": verdict.folding.notation,
-                "status": verdict.status or "twisted",
-                "twist": verdict.twist,
-                "dof": verdict.dof,
-                "kutzbach": verdict.kutzbach,
-                "reason": verdict.reason,
-                "needed_margin_mm": millimetres(verdict.needed_margin),
-                "least_gap_mm": millimetres(verdict.least_gap),
-                "play": play_sentence(millimetres(verdict.needed_margin)),
-                "deploys_in": verdict.scene,
-            }
-            for verdict in checked.verdicts
-        ],
-    }
-
-
-def _panel(checked: CheckedCircuit) -> str:
-    from hcsearch.designs.panel_sizes import panel_text
-
-    assert checked.scene.panel is not None
-    return panel_text(checked.scene.panel)
-
-
-def _print(checked: CheckedCircuit, named: Mapping[str, Any]) -> None:
-    circuit = checked.circuit
-    click.echo(f"{circuit.notation}, array {circuit.array.canonical().notation}")
-    click.echo(f"  {circuit.n} panels of {_panel(checked)} mm, scene {checked.scene.name}")
-    for label, count in checked.funnel.items():
-        click.echo(f"  {label:24}{count:>6}")
+def _print(checked: Checked, named: Mapping[str, Any]) -> None:
+    """Print the subject, then each verdict with its reasons and the command that repeats its deployment."""
+    for line in checked.heads:
+        click.echo(line)
     for verdict in checked.verdicts:
-        status = verdict.status or "twisted"
-        freedoms = ""
-        if verdict.dof is not None:
-            freedoms = f", {counted(verdict.dof, 'degree')} of freedom (Kutzbach {verdict.kutzbach})"
-        click.echo(f"{verdict.folding.notation}: {status}{freedoms}")
-        click.echo(f"  {verdict.reason}")
-        if verdict.needed_margin is not None:
-            click.echo(f"  {play_sentence(millimetres(verdict.needed_margin))}")
-        if verdict.scene is not None:
-            words = [
-                "hcsearch",
-                "deploy",
-                verdict.folding.notation,
-                *_scene_options(verdict.scene, checked.scene.name, named),
-            ]
-            click.echo(f"  {shlex.join(words)}")
+        click.echo(verdict.heading)
+        for sentence in filter(None, (*verdict.reasons, verdict.play)):
+            click.echo(f"  {sentence}")
+        for name, scene in verdict.deployed_in:
+            options = _scene_options(scene, checked.scene.name, named)
+            click.echo(f"  {shlex.join(['hcsearch', 'deploy', name, *options])}")
 
 
 def _scene_options(tried: str, name: str, named: Mapping[str, Any]) -> list[str]:
@@ -163,7 +83,9 @@ def _scene_options(tried: str, name: str, named: Mapping[str, Any]) -> list[str]
     tried : the name of the scene as it was tried. name : of the scene that was asked for. named : the options.
     """
     words: list[str] = []
-    if (named["scene"] or "").endswith(".toml"):
+    from hcsearch.subjects.stored_scenes import is_scene_file
+
+    if is_scene_file(named["scene"] or ""):
         base, *parts = tried.split(", ")
         if base == name.split(", ", maxsplit=1)[0]:
             tried = ", ".join([named["scene"], *parts])

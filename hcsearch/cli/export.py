@@ -90,7 +90,7 @@ def export(name: str, output: str, format_name: str | None, motion: Any, **optio
     {formats}
     """
     from hcsearch.api.exporting import save, save_designs
-    from hcsearch.subjects.names import is_query
+    from hcsearch.subjects.resolve import is_query
 
     settings = {name: options[name] for name in SETTING_NAMES if options[name] is not None}
     arguments = {"format": format_name, "motion": motion, **named_options(options), **settings}

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.basics.vocabulary import UNTILS
-from hcsearch.cli.cases import linkage_options, sizes_text
+from hcsearch.basics.vocabulary import UNTILS, sizes_text
+from hcsearch.cli.cases import linkage_options
 from hcsearch.cli.options import FiniteNumber, examples_epilog, json_option
 from hcsearch.cli.progress import ProgressMeter
 from hcsearch.system.figures import check_picture

@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 from hcsearch.basics.errors import HcsearchError, printable
-from hcsearch.basics.vocabulary import play_sentence
 from hcsearch.cli.cases import scene_options
 from hcsearch.cli.options import database_option, examples_epilog
-from hcsearch.system.terminal import short_number
-
-if TYPE_CHECKING:
-    from hcsearch.api.showing import ShownDesign
-    from hcsearch.designs.folding import Folding
-    from hcsearch.store.quantity import Quantity
 
 
 @click.command(
@@ -64,58 +55,5 @@ def show(design: str, db: str, scene: str | None, panel: str | None, as_html: bo
     if as_html:
         click.echo(printable(str(showing.show_page(design, output, db=db, scene=scene, panel=panel))))
         return
-    shown = showing.show(design, db=db, scene=scene, panel=panel)
-    if not isinstance(shown, showing.ShownDesign):
-        for label, text in shown.rows():
-            click.echo(f"{label:21}{text}")
-        return
-    _print_circuit(shown)
-    if not shown.foldings:
-        click.echo(f"\nno two-stack folding: {shown.no_folding_reason}")
-    for folding in shown.foldings:
-        _print_folding(folding, shown.linking_number(folding))
-        for sentence, *details in shown.sentences(folding):
-            click.echo("\n    ".join([f"  {sentence}", *details]))
-
-
-def _print_circuit(shown: ShownDesign) -> None:
-    circuit, array, stored = shown.circuit, shown.circuit.array, shown.stored
-    facts: dict[str, object] = {
-        "circuit": circuit.notation,
-        "array": array.canonical().notation,
-        "panels": circuit.n,
-        "slits": len(array.edges()) - circuit.n,
-        "symmetry": circuit.symmetry,
-        "array symmetry": array.symmetry,
-        "orbit size": circuit.orbit_size,
-        "fixed copies": circuit.n_fixed,
-    }
-    if stored is not None:
-        facts |= {"id": stored.number, "scene": stored.scene, "status": stored.row["status"] or "not judged"}
-        facts |= {} if stored.joining is None else {"flat pairs": stored.joining}
-        facts |= {quantity.name.replace("_", " "): _with_unit(quantity, value) for quantity, value in stored.quantities}
-        if stored.row["needed_margin"] is not None:
-            facts["play"] = play_sentence(stored.row["needed_margin"])
-    for label, value in facts.items():
-        click.echo(f"{label:16}{value}")
-    click.echo("cells           " + "  ".join(",".join(map(str, cell)) for cell in circuit.cells))
-
-
-def _with_unit(quantity: Quantity, value: object) -> str:
-    if quantity.kind == "boolean":
-        return "yes" if value else "no"
-    text = short_number(value, 6) if isinstance(value, float) else str(value)
-    return f"{text} {quantity.unit}".rstrip()
-
-
-def _print_folding(folding: Folding, twist: int) -> None:
-    n = folding.circuit.n
-    click.echo(f"\nfolding {folding.crease}: flat creases {folding.crease} and {folding.opposite}, twist {twist}")
-    for label, stack in zip(("first", "second"), folding.stacks, strict=True):
-        click.echo(f"  {label} stack, lowest panel first: {' '.join(map(str, stack))}")
-    for kind in ("valley", "mountain"):
-        creases = [str(k) for k, assigned in enumerate(folding.assignment) if assigned == kind]
-        face = "top" if kind == "valley" else "bottom"
-        click.echo(f"  {kind} creases, hinges on the {face} face: {' '.join(creases)}")
-    flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
-    click.echo(f"  flat creases (the face of a hinge, if there is one): {flats}")
+    for line in showing.show(design, db=db, scene=scene, panel=panel).lines():
+        click.echo(line)

@@ -11,13 +11,11 @@ from typing import Any
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError, OutputError
 from hcsearch.basics.vocabulary import ReplaySource
-from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.export.bulk_targets import BulkTarget, IndexRow
-from hcsearch.export.export_files import export_contents, export_subject, exported_subject
+from hcsearch.export.export_files import export_contents, export_subject, exported_case
 from hcsearch.export.formats import ExportFormat
 from hcsearch.export.settings import ExportSettings
-from hcsearch.scenes.scene_file import scene_file_text
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.names import stored_circuit
 from hcsearch.system.machine import __version__
@@ -80,29 +78,21 @@ class BulkRequest:
 
     def export(self, database: store.Database, number: int, name: str, target: BulkTarget) -> _Outcome:
         """Write the files of a design, named by its number or as NUMBER:CREASE, to a target, unless it holds them."""
-        subject = export_subject(name, self.export_format, self.motion, database, **self.named)
-        settings = replace(self.settings, stem=_stem(number, subject))
-        title = subject.notation if isinstance(subject, Circuit) else subject.title
-        row = IndexRow(f"{settings.stem}{self.export_format.endings[0]}", number, title, "", self._digest(subject))
+        case = export_subject(name, self.export_format, self.motion, database, **self.named)
+        settings = replace(self.settings, stem=case.stem(number))
+        digest = self._digest(case)
+        row = IndexRow(f"{settings.stem}{self.export_format.endings[0]}", number, case.title, "", digest)
         if target.holds(row):
             return _Outcome(kept=True)
-        exported = exported_subject(subject, self.export_format, self.motion, settings)
+        exported = exported_case(case, self.export_format, self.motion, settings.state)
         contents = export_contents(exported, self.export_format, settings)
         files = {f"{settings.stem}{ending}": content for ending, content in contents.items()}
         target.add(replace(row, note=exported.sentence), files)
         return _Outcome(faulty=exported.replay is not None and bool(exported.replay.faults))
 
-    def _digest(self, subject: Circuit | Case) -> str:
-        """Return a digest of all that the files of a subject depend on."""
-        parts = [__version__, self.export_format.name, repr(self.settings), str(self.motion)]
-        if isinstance(subject, Circuit):
-            parts.append(subject.notation)
-        else:
-            stored, facts = subject.stored, {"design": subject.title}
-            parts += [scene_file_text(facts, subject.formulation, subject.joined_scene), repr(subject.look)]
-            if stored is not None:
-                parts.append(repr(stored.verdict))
-                parts += [] if stored.path is None else [repr(stored.path.way), stored.path.states.tobytes().hex()]
+    def _digest(self, case: Case) -> str:
+        """Return a digest of all that the files of a case depend on."""
+        parts = [__version__, self.export_format.name, repr(self.settings), str(self.motion), *case.dependencies]
         return sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 
@@ -112,12 +102,6 @@ class _Outcome:
 
     kept: bool = False
     faulty: bool = False
-
-
-def _stem(number: int, subject: Circuit | Case) -> str:
-    """Return the stem of a design's files: its id and, of a folding, the crease."""
-    folding = None if isinstance(subject, Circuit) else subject.folding
-    return str(number) if folding is None else f"{number}-{folding.crease}"
 
 
 def designs_of_query(database: store.Database, query: str, scene: str) -> Sequence[int]:

@@ -9,14 +9,13 @@ from typing import Any, get_args
 from hcsearch.basics.errors import HcsearchError, OutputError
 from hcsearch.basics.vocabulary import ReplaySource
 from hcsearch.designs.circuit import Circuit
-from hcsearch.designs.folding import Folding, split_crease
+from hcsearch.designs.folding import Folding
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat, FileContent
 from hcsearch.export.settings import SETTING_NAMES, ExportSettings, ExportState
+from hcsearch.subjects.asked import Extent
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.databases import Place
-from hcsearch.subjects.names import design_named
-from hcsearch.subjects.pattern_files import is_pattern_file
 from hcsearch.subjects.replay import Replay
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.work_steps import work_step
@@ -70,14 +69,12 @@ def exported_case(
 ) -> Exported:
     """Prepare a case for export, with its motion where the format or the state needs one.
 
-    by : source of the motion (`replay_case`). HcsearchError where there is no such motion, and for solids at a share of
+    by : source of the motion (`Case.replay`). HcsearchError where there is no such motion, and for solids at a share of
     a motion that does not end flat.
     """
-    from hcsearch.subjects.replay_sources import replay_case  # noqa: PLC0415 - loads slowly: planning and simulations
-
     replay, sentence, share = None, case.sentence, _is_share(export_format, state)
     if export_format.subject == "motion" or by is not None or share:
-        replay, sentence = replay_case(case, by)
+        replay, sentence = case.replay(by)
     # a picture tells that its motion does not end flat
     if share and replay is not None and not replay.ends_flat and not export_format.frames:
         raise HcsearchError(
@@ -85,8 +82,7 @@ def exported_case(
         )
     faults = "" if replay is None else replay.faults
     sentence = "; ".join(filter(None, (sentence, faults and f"the motion: {faults}")))
-    circuit = None if case.folding is None else case.folding.circuit
-    return Exported(case.title, circuit, case, replay, sentence)
+    return Exported(case.title, case, replay, sentence)
 
 
 def _is_share(export_format: ExportFormat, state: ExportState) -> bool:
@@ -116,9 +112,8 @@ def export_files(
     """
     export_format.check_installed()
     check_export_motion(export_format, motion, settings.state)
-    exported = exported_subject(
-        export_subject(what, export_format, motion, db, **named), export_format, motion, settings
-    )
+    case = export_subject(what, export_format, motion, db, **named)
+    exported = exported_case(case, export_format, motion, settings.state)
     return exported, export_contents(exported, export_format, settings)
 
 
@@ -128,19 +123,10 @@ def export_subject(
     motion: ReplaySource | None = None,
     db: Place | None = None,
     **named: Any,
-) -> Circuit | Case:
-    """Resolve what is exported: a design without a crease in a format of the array, else a case; named : as above."""
-    circuit = _design(what, db) if export_format.subject == "array" and motion is None else None
-    return resolve(what, db, path=motion == "path", **named) if circuit is None else circuit
-
-
-def exported_subject(
-    subject: Circuit | Case, export_format: ExportFormat, motion: ReplaySource | None, settings: ExportSettings
-) -> Exported:
-    """Prepare a resolved subject for export, with its motion where one is needed."""
-    if isinstance(subject, Circuit):
-        return Exported(subject.notation, subject)
-    return exported_case(subject, export_format, motion, settings.state)
+) -> Case:
+    """Resolve what is exported: the whole design in a format of the array, else a case; named : as above."""
+    extent: Extent = "array" if export_format.subject == "array" and motion is None else "folding"
+    return resolve(what, db, path=motion == "path", extent=extent, **named)
 
 
 def replay_export_format(path: str, name: str | None = None) -> ExportFormat:
@@ -165,19 +151,4 @@ def replay_contents(replay: Replay, path: str, name: str | None = None) -> dict[
     export_format = replay_export_format(path, name)
     export_format.check_installed()
     settings = ExportSettings(ending=Path(path).suffix.lower())
-    return export_contents(Exported(replay.title, None, replay=replay), export_format, settings)
-
-
-def _design(what: str | Folding | Circuit | Case, db: Place | None) -> Circuit | None:
-    """Return the circuit where a design is named without a crease, so that its array is exported; else None."""
-    if isinstance(what, Circuit):
-        return what.canonical()
-    if (
-        not isinstance(what, str)
-        or what.endswith(".toml")
-        or is_pattern_file(what)
-        or not (":" in what or what[:1].isdigit())
-    ):
-        return None
-    name, crease = split_crease(what)
-    return design_named(name, db)[0] if crease is None else None
+    return export_contents(Exported(replay.title, replay=replay), export_format, settings)

@@ -7,7 +7,6 @@ from functools import cached_property
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.designs.circuit import Circuit
-from hcsearch.designs.folding import Folding
 from hcsearch.export.settings import ExportState
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
@@ -19,26 +18,25 @@ from hcsearch.subjects.replay import Replay
 class Exported:
     """What a writer is given.
 
-    name : notation of the design or folding, or name of the assembly. circuit : None of an assembly.
-    replay : its motion; None unless the format or the user wants one. sentence : what users should know of it.
+    name : notation of the design or folding, or name of the assembly. replay : its motion;
+    None unless the format or the user wants one. sentence : what users should know of it.
     """
 
     name: str
-    circuit: Circuit | None
     _case: Case | None = None
     replay: Replay | None = None
     sentence: str = ""
 
     @property
     def case(self) -> Case:
-        """The case; formats of the array alone may have a design without one."""
+        """The case; a motion may be written without one."""
         assert self._case is not None
         return self._case
 
     @property
-    def folding(self) -> Folding | None:
-        """The folding; None of an assembly, and of a design without a crease."""
-        return None if self._case is None else self._case.folding
+    def circuit(self) -> Circuit | None:
+        """The circuit; None of an assembly."""
+        return None if self._case is None else self._case.circuit
 
     @cached_property
     def linkage(self) -> Linkage:
@@ -48,9 +46,7 @@ class Exported:
     @cached_property
     def labels(self) -> Labels:
         """Names of the panels and hinges of `linkage`."""
-        if self.replay is not None:
-            return self.replay.labels
-        return labels_of(self.linkage, design=self.folding is not None)
+        return labels_of(self.linkage) if self.replay is None else self.replay.labels
 
     @property
     def motion(self) -> Replay:

@@ -17,13 +17,10 @@ from typing import TYPE_CHECKING, Literal
 from hcsearch.basics.errors import HcsearchError, OutputError
 
 if TYPE_CHECKING:
-    from hcsearch.designs.circuit import Circuit
-    from hcsearch.designs.folding import Folding
     from hcsearch.export.cutting_sheets import CuttingSheet
     from hcsearch.export.exported import Exported
     from hcsearch.export.settings import ExportSettings, ExportState, SheetKind, SheetProfile
     from hcsearch.scenes import Scene
-    from hcsearch.shape.pattern import Pattern
 
 
 def write_fold(exported: Exported) -> str:
@@ -110,35 +107,28 @@ def write_networkx(exported: Exported) -> str:
     """Write the graph of panels, creases and slits as JSON."""
     from hcsearch.export.graphs import node_link_json
 
-    return node_link_json(exported.name, _array_of(exported))
+    return node_link_json(exported.name, exported.case.array)
 
 
 def write_graph6(exported: Exported) -> bytes:
     """Write the graph of neighbouring panels as graph6."""
     from hcsearch.export.graphs import graph6_of
 
-    return graph6_of(_array_of(exported))
+    return graph6_of(exported.case.array)
 
 
 def write_sparse6(exported: Exported) -> bytes:
     """Write the graph of neighbouring panels as sparse6."""
     from hcsearch.export.graphs import sparse6_of
 
-    return sparse6_of(_array_of(exported))
+    return sparse6_of(exported.case.array)
 
 
 def write_edge_list(exported: Exported) -> str:
     """Write the graph of panels, creases and slits as an edge list."""
     from hcsearch.export.graphs import edge_list_of
 
-    return edge_list_of(exported.name, _array_of(exported))
-
-
-def _array_of(exported: Exported) -> Folding | Circuit | Pattern:
-    """Return the folding, else the circuit, else the pattern of an assembly."""
-    if exported.folding is not None:
-        return exported.folding
-    return exported.case.linkage.pattern if exported.circuit is None else exported.circuit
+    return edge_list_of(exported.name, exported.case.array)
 
 
 def write_glb(exported: Exported) -> bytes:

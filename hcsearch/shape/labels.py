@@ -53,13 +53,10 @@ class Labels:
         return sum(len(name.split("+")) for name in self.panels)
 
 
-def labels_of(linkage: Linkage, *, design: bool | None = None) -> Labels:
-    """The labels of a linkage's panels and hinges.
-
-    design : whether its facets are the panels of a circuit, in order; None to take it from the pattern.
-    """
+def labels_of(linkage: Linkage) -> Labels:
+    """The labels of a linkage's panels and hinges."""
     pattern = linkage.pattern
-    if not (pattern.of_circuit if design is None else design):
+    if not pattern.of_circuit:
         return Labels(tuple(map(str, range(linkage.n_panels))), tuple(map(str, range(linkage.n_hinges))))
     n = len(pattern.facets)
     creases: list[list[int]] = [[] for _ in range(linkage.n_hinges)]

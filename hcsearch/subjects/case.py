@@ -1,223 +1,192 @@
-"""A case: a folding, an assembly, a drawn pattern or a linkage in a scene, with the stored results on it."""
+"""A case: what a command is about, in a scene, with what can be done with it. Each kind of subject is a class."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar
 
-from hcsearch import store
-from hcsearch.basics.errors import DatabaseError, HcsearchError, SceneError
-from hcsearch.basics.vocabulary import Formulation, Way
+from hcsearch.basics.errors import HcsearchError, SceneError, SizeError
+from hcsearch.basics.vocabulary import Formulation, ReplaySource
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.designs.panel_sizes import PanelSize, panel_text
-from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.scenes import Scene, panel_of
-from hcsearch.scenes.looks import SceneVariant, setup_of_variant
+from hcsearch.scenes import Scene
+from hcsearch.scenes.scene_file import scene_file_text
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.subjects.names import parameters_of
-from hcsearch.subjects.pattern_files import DrawnPattern
+from hcsearch.shape.pattern import Pattern
 
 if TYPE_CHECKING:
+    from hcsearch.motion.planning.motion_search import PlannedMotion
+    from hcsearch.search.own_patterns.checked import Checked
+    from hcsearch.springs.deployment.deployment_facts import Deployed
     from hcsearch.springs.deployment.drives import Drives
+    from hcsearch.springs.drive.drive_facts import Drive
+    from hcsearch.springs.drive.driven_folding import DriveOptions
+    from hcsearch.springs.flight.travel import Travel
+    from hcsearch.system.work_steps import Progress
+from hcsearch.subjects.replay import Replay
 
 CaseSubject = str | Folding | Circuit | Linkage
 """The subject of a deployment or tuning: DESIGN:CREASE, an assembly, a file .toml or .fold, or a value."""
 
 
-@dataclass(frozen=True)
-class NamedAssembly:
-    """An assembly of the thesis with given parameters in degrees, millimetres or columns x rows."""
+class MovedCase(NamedTuple):
+    """The travel of a case, its scene with the joining of flat pairs that moves, and a sentence on what moves it."""
 
-    name: str
-    parameters: Mapping[str, Any]
+    travel: Travel
+    scene: Scene
+    source: str
 
 
-@dataclass(frozen=True, eq=False)
-class StoredFolding:
-    """The stored results on a folding.
+class CasePath(NamedTuple):
+    """A planned motion of a case, the scene in which it is planned, and a note on the joining of flat pairs."""
 
-    location : of the database, for messages. number : id of the design. scene : name under which verdicts are looked
-    up. verdict : on the folding; None before any stage has judged it in this scene. path : the proved path with flat
-    pairs joined as in the case; None without one. damage : the error in reading a damaged path.
+    scene: Scene
+    motion: PlannedMotion
+    note: str
+
+
+class PageFacts(NamedTuple):
+    """What the page of a linkage tells of it.
+
+    title, facts : its name and its properties. rows : name and value of each property, as texts. commands : that print
+    or draw more, each with what it does. motions : to play beside that by springs, each with its title, its replay, and
+    its command. notes, published : sentences, and rows of (name, published value, verdict).
     """
 
-    location: str
-    number: int
-    scene: str
-    verdict: store.StoredVerdict | None = None
-    path: store.StoredPath | None = None
-    damage: DatabaseError | None = None
+    title: str
+    facts: Mapping[str, Any]
+    rows: list[tuple[str, str]]
+    commands: list[tuple[str, str]]
+    motions: list[tuple[str, Replay, str]]
+    notes: list[str]
+    published: list[tuple[str, str, str]]
 
 
-@dataclass(frozen=True, eq=False)
-class Case:
+Page_co = TypeVar("Page_co", covariant=True)
+
+
+class PageMaker(Protocol[Page_co]):
+    """Makes the pages of cases: a design has one of its foldings, each other case one of its linkage."""
+
+    def design_page(self, design: Any) -> Page_co:
+        """Make the page of a `CircuitCase`."""
+
+    def linkage_page(self, case: Case) -> Page_co:
+        """Make the page of a case that has `page_facts`."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Case(ABC):
     """The subject of a command, in a scene.
 
     Parameters
     ----------
     name
         The name that the user gave.
-    what
-        The named subject.
     scene
-        The requested scene, with the panels of a folding; its `flat_pairs` are the allowed joinings.
-    look
-        The variant of the scene: joining of flat pairs, and springs.
-    look_of
-        Source of the variant: the `scene`, whose first variant it is, the `name` of the scene, or the `verdict` in the
-        database.
+        The requested scene.
     formulation, drive
         The formulation and the drives that a file names.
-    stored
-        Results in a database.
-    chosen
-        Note on which folding of the design this is, if the name leaves it open.
     noted
-        Further notes for users.
+        Notes for users.
     """
 
+    kind: ClassVar[str]
+    """What it is, as a word."""
+    no_path: ClassVar[str]
+    """Why no path is planned for it, and the remedy, as the rest of a sentence on `{title}`."""
+
     name: str
-    what: Folding | NamedAssembly | DrawnPattern | Linkage
     scene: Scene
-    look: SceneVariant
-    look_of: Literal["scene", "name", "verdict"] = "scene"
     formulation: Formulation | None = None
     drive: Mapping[str, Any] | None = None
-    stored: StoredFolding | None = None
-    chosen: str = ""
     noted: str = ""
 
     def __repr__(self) -> str:
         return f"<Case {self.title}, scene {self.scene.name}>"
 
     @property
-    def folding(self) -> Folding | None:
-        """The folding; None for assemblies and linkages."""
-        return self.what if isinstance(self.what, Folding) else None
-
-    @property
-    def facts(self) -> dict[str, Any]:
+    @abstractmethod
+    def entries(self) -> dict[str, Any]:
         """The subject as the entries of a case file; a file has its whole path, from wherever this one is read."""
-        if isinstance(self.what, Folding):
-            return {"design": self.what.notation}
-        if isinstance(self.what, NamedAssembly):
-            return {"assembly": self.what.name, "parameters": dict(self.what.parameters)}
-        if isinstance(self.what, DrawnPattern):
-            path = str(Path(self.what.path).absolute())
-            return {"pattern": path} | ({} if self.what.panel is None else {"panel_mm": self.what.panel})
-        return {"linkage": repr(self.what)}
 
     @property
     def title(self) -> str:
-        """The name of the subject; of a pattern, that of its file."""
-        if isinstance(self.what, DrawnPattern):
-            return Path(self.what.path).name
-        return str(next(iter(self.facts.values())))
+        """The name of the subject."""
+        return str(next(iter(self.entries.values())))
 
     @property
     def key(self) -> dict[str, Any]:
         """The key of stored evaluations: the subject with its sizes."""
-        if self.folding is None:
-            return self.facts
-        return self.facts | {"panel_mm": panel_text(self.panel), "flat_pairs": self.look.pairs}
-
-    @property
-    def panel(self) -> PanelSize:
-        """Length, width and thickness of the panels of a folding, m."""
-        assert self.folding is not None
-        return panel_of(self.scene, self.folding.circuit.grid.name)
+        return self.entries
 
     @property
     def joined_scene(self) -> Scene:
         """The scene restricted to the joining of flat pairs of this case."""
-        if self.folding is None:
-            return self.scene
-        return replace(self.scene, panel=self.panel, flat_pairs=(self.look.pairs,))
+        return self.scene
 
     @cached_property
+    @abstractmethod
     def linkage(self) -> Linkage:
         """The panels and hinges that springs move."""
-        if isinstance(self.what, Folding):
-            return self.what.linkage(self.panel, flat_pairs=self.look.pairs)
-        if isinstance(self.what, NamedAssembly):
-            assembly = ASSEMBLIES[self.what.name]
-            return Linkage(assembly.build(parameters_of(assembly, self.what.parameters)))
-        return Linkage(self.what.packed.pattern) if isinstance(self.what, DrawnPattern) else self.what
 
     @cached_property
     def labels(self) -> Labels:
         """The names of its panels and hinges."""
-        return labels_of(self.linkage, design=True if self.folding is not None else None)
+        return labels_of(self.linkage)
+
+    @property
+    def array(self) -> Folding | Circuit | Pattern:
+        """The panels beside each other, for graphs."""
+        return self.linkage.pattern
+
+    @property
+    def circuit(self) -> Circuit | None:
+        """The circuit; None where there is none."""
+        return None
 
     @cached_property
     def setup(self) -> Setup:
         """The scene in quantities of the linkage, in the variant of this case."""
-        setup = setup_of_scene(self.scene, self.linkage)
-        if self.folding is None:
-            return setup
-        setup = setup_of_variant(setup, self.scene, self.look)
-        if not self.look.springs:
-            return setup
-        from hcsearch.springs.deployment.compiled_scene import compile_scene  # noqa: PLC0415 - few cases need the engine
-        from hcsearch.springs.deployment.spring_sets import springs_of, with_springs  # noqa: PLC0415
-
-        compiled = compile_scene(self.linkage, setup, keep=frozenset({"stops"}))
-        return with_springs(compiled, springs_of(self.folding, self.panel, compiled, self.look.springs)).setup
+        return setup_of_scene(self.scene, self.linkage)
 
     @cached_property
     def drives(self) -> Drives | None:
         """The drives of its hinges from a file; None without."""
         if self.drive is None:
             return None
-        from hcsearch.springs.deployment.drives import drives_in  # noqa: PLC0415 - few cases need the engine
+        from hcsearch.springs.deployment.drives import drives_in
 
         return drives_in(self.drive, self.labels)
 
     @property
     def sentence(self) -> str:
         """Notes for users: chosen folding, scene, joining of flat pairs, and their source."""
-        return self.told(self._way())
+        return self.noted
 
     @property
     def driven_sentence(self) -> str:
         """The notes for a motion along a path, which has the springs of the scene."""
-        return self.told(self._way(with_springs=False))
-
-    def told(self, way: str) -> str:
-        """Return the notes with another sentence on the joining of flat pairs."""
-        return "; ".join(filter(None, (self.noted, self.chosen, way)))
-
-    def _way(self, *, with_springs: bool = True) -> str:
-        """Return the sentence on joining of flat pairs, springs and their source; empty unless from a verdict."""
-        if self.look_of != "verdict":
-            return ""
-        assert self.stored is not None
-        assert self.stored.verdict is not None
-        if self.stored.verdict.status != "deploys":
-            return f"flat pairs {self.look.pairs}, as in the proved path"
-        springs = f", springs {self.look.springs}" if self.look.springs and with_springs else ""
-        return f"flat pairs {self.look.pairs}{springs}, as in the deployment that deploys"
+        return self.noted
 
     @property
-    def allowed(self) -> tuple[Way, ...]:
-        """The joinings of flat pairs to search for a path: that of the stored verdict, else those of the scene."""
-        return (self.look.pairs,) if self.look_of == "verdict" else self.scene.flat_pairs
+    def dependencies(self) -> list[str]:
+        """All that files of it depend on, as texts."""
+        return [scene_file_text(self.entries, self.formulation, self.joined_scene)]
 
-    def to_move(self) -> Folding:
-        """Return the folding for a motion along a path; HcsearchError if the case allows none."""
-        if self.folding is None:
-            raise HcsearchError(
-                f"{self.title} is an assembly, which has no packed state in stacks, and no path is planned: name "
-                f"DESIGN:CREASE, or see how springs move it with hcsearch deploy {self.title}"
-            )
-        self.check_moved()
-        return self.folding
+    def stem(self, number: int) -> str:
+        """Return the stem of the files of a stored design, whose id is `number`."""
+        return str(number)
+
+    @property
+    def source_file(self) -> str:
+        """The file that draws the subject; empty without one."""
+        return ""
 
     def check_moved(self) -> None:
         """Refuse a case with a drive, a formulation or a variant of a scene, as a motion along a path has none."""
@@ -227,6 +196,141 @@ class Case:
             raise SceneError(
                 f"{self.name} has formulation = {self.formulation!r}: motions along a path need 'constrained'"
             )
-        if self.look_of == "name":
-            springs = self.look.springs or self.look.pairs
-            raise SceneError(f"{springs!r} is a variant of a scene: name the scene alone, and --flat-pairs")
+
+    @property
+    def moves_along_paths(self) -> bool:
+        """Whether paths are planned for it: it has no drive and no formulation that excludes them."""
+        return self.drive is None and self.formulation in (None, "constrained")
+
+    def no_ability(self, ability: str) -> HcsearchError:
+        """Return the error for what this kind cannot do."""
+        return HcsearchError(f"{self.title} {ability}")
+
+    def deployed(self, formulation: Formulation | None = None, **settings: Any) -> Deployed:
+        """Simulate how springs or drives move it, as `deploy_linkage`, by default in the formulation of its file."""
+        from hcsearch.springs.deployment.deployment_facts import deploy_linkage
+
+        chosen = formulation or self.formulation or "constrained"
+        return deploy_linkage(self.name, self.linkage, self.setup, chosen, drives=self.drives, **settings)
+
+    def path(self) -> CasePath:
+        """Plan its motion from packed to flat; HcsearchError where its kind or its file allows none."""
+        raise self.no_ability(self.no_path.format(title=self.title))
+
+    def first_path(self) -> CasePath:
+        """Plan its motion as `path`, but with no other joining of flat pairs than that of its status."""
+        return self.path()
+
+    def path_linkage(self, path: CasePath) -> Linkage:
+        """Return the linkage that moves along a path."""
+        return self.linkage
+
+    def unproved(self, path: CasePath) -> str:
+        """Return a sentence on why no path is proved."""
+        from hcsearch.springs.drive.driven_folding import no_path_reason
+
+        return no_path_reason(path.motion)
+
+    def stored_replay(self) -> Replay | None:
+        """Return the replay of its stored path; None without one."""
+        return None
+
+    def replay(self, by: ReplaySource | None = None) -> tuple[Replay, str]:
+        """Replay a motion; return it with a note on the joining of flat pairs.
+
+        by : `path`, from packed to flat: the stored path of a judged folding, else one planned in the scene; `springs`,
+        a simulation. Default: a proved path if there is one, else the simulation, unless springs do not open it and a
+        path without proof exists. HcsearchError if a path is required and there is none.
+        """
+        from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+        from hcsearch.subjects.replay_sources import replay_of_deployment
+
+        replay, note = None, ""
+        if by != "springs":
+            replay, note = self.stored_replay(), self.driven_sentence
+            if replay is None:
+                replay, note = self._planned_replay(required=by == "path")
+            if replay is not None and (by == "path" or replay.certified):
+                return replay, note
+        formulation = self.formulation or "constrained"
+        deployment = simulate_deployment(self.linkage, self.setup, formulation, drives=self.drives)
+        if replay is not None and not deployment.deploys:
+            return replay, note
+        return replay_of_deployment(deployment, self.title), self.sentence
+
+    def _planned_replay(self, *, required: bool) -> tuple[Replay | None, str]:
+        from hcsearch.subjects.replay_sources import replay_of_path
+
+        try:
+            path = self.path() if required else self.first_path()
+        except SizeError:
+            raise
+        except HcsearchError:
+            if required:
+                raise
+            return None, ""  # it has no path, or a file with springs or a drive of its own
+        motion = path.motion
+        if motion.states is None or motion.way is None:
+            if required:
+                raise HcsearchError(self.unproved(path))
+            return None, ""
+        replay = replay_of_path(self.path_linkage(path), motion.states, self.title, margin=motion.margin)
+        return replay, path.note
+
+    def travel(self) -> MovedCase:
+        """Return its travel in the scene: by springs, else along a proved path.
+
+        HcsearchError for a drive, and where neither springs nor a proved path open it.
+        """
+        raise self.no_ability(self.no_path.format(title=self.title))
+
+    def travel_by_springs(self) -> MovedCase | str:
+        """Return its travel by springs; where they do not open it, the beginning of a sentence that says so."""
+        from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
+        from hcsearch.springs.flight.travel import travel_of_deployment
+
+        deployment = simulate_deployment(self.linkage, self.setup)
+        reason = deployment.check.reason(self.labels) if deployment.outcome == "flat" else deployment.sentence
+        if deployment.deploys:
+            travel = travel_of_deployment(deployment, self.scene)
+            return MovedCase(travel, self.joined_scene, f"springs, {self.sentence or reason}")
+        return f"springs do not open it ({reason}); "
+
+    def no_travel(self, unopened: str) -> HcsearchError:
+        """Return the error where nothing moves it; unopened : why springs do not."""
+        return HcsearchError(
+            f"{self.title} has no motion for a flight sheet: {unopened}no path is proved; see hcsearch drive "
+            f"{self.title}"
+        )
+
+    def driven(self, path: CasePath, options: DriveOptions | None, progress: Progress | None) -> Drive:
+        """Choose motors that open it along a path; NoPathError where none is proved."""
+        from hcsearch.springs.drive.driven_folding import NoPathError, drive_linkage
+
+        if path.motion.proved is None:
+            raise NoPathError(self.unproved(path))
+        return drive_linkage(self.entries, self.linkage, path.scene, path.motion.proved, options, progress)
+
+    def certificate(self, budget: int, progress: Progress | None) -> tuple[dict[str, Any], list[str]]:
+        """Prove a path or a lock; return the certificate as plain data, and what `verify` says of it."""
+        raise self.no_ability(self.no_path.format(title=self.title))
+
+    def checked(self, progress: Progress | None = None) -> Checked:
+        """Take it through every stage."""
+        raise self.no_ability("is no circuit: name one, such as hex:0234435011, or a file .fold")
+
+    def shown(self) -> Case:
+        """Return the case whose `lines` are printed; of a folding, that of its design with this folding alone."""
+        return self
+
+    def lines(self) -> Iterator[str]:
+        """Yield what `hcsearch show` prints."""
+        raise self.no_ability("is no design: name a circuit such as hex:0234550132, or an assembly")
+
+    def page(self, maker: PageMaker[Page_co]) -> Page_co:
+        """Return its page."""
+        return maker.linkage_page(self)
+
+    def page_facts(self, deployed: Deployed, subject: str) -> PageFacts:
+        """Return what its page tells beside its motion by springs; subject : how commands name it."""
+        raise self.no_ability("is no design: name a circuit such as hex:0234550132, or an assembly")

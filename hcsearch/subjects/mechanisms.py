@@ -41,10 +41,10 @@ class Freedoms:
 
 def freedoms_of(folding: Folding, panel: PanelSize) -> list[Freedoms]:
     """Return the freedoms of a folding with hinged flat pairs and, if it has mirror pairs, with these merged."""
-    freedoms = [_freedoms("flat pairs hinged", Linkage(folding.pattern(panel, flat_pairs="hinged")))]
+    freedoms = [_freedoms("flat pairs hinged", folding.linkage(panel, flat_pairs="hinged"))]
     if folding.mirror_pairs:
         pairs = ", ".join(f"{a} {b}" for a, b in folding.mirror_pairs)
-        freedoms.append(_freedoms(f"panels {pairs} merged", Linkage(folding.pattern(panel, flat_pairs="merged"))))
+        freedoms.append(_freedoms(f"panels {pairs} merged", folding.linkage(panel, flat_pairs="merged")))
     return freedoms
 
 
@@ -62,7 +62,7 @@ def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
 
     If neither end is locked, a single sentence says so.
     """
-    rigid, hinged = Linkage(folding.pattern(panel)), Linkage(folding.pattern(panel, flat_pairs="hinged"))
+    rigid, hinged = folding.linkage(panel), folding.linkage(panel, flat_pairs="hinged")
     return [
         *_locks("folded", {"rigid": (rigid, rigid.folded), "hinged": (hinged, hinged.folded)}),
         *_locks("flat", {"rigid": (rigid, rigid.flat), "hinged": (hinged, hinged.flat)}),

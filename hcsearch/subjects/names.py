@@ -1,26 +1,16 @@
-"""Designs, scenes of deployments and parameters of assemblies as users name them."""
+"""Designs and scenes of deployments as users name them."""
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings, no_folding_reason
-from hcsearch.library.assemblies import ASSEMBLIES
-from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
-from hcsearch.scenes.scene import joined_name, warn_of_panel_size
-from hcsearch.store.columns import column_names
-from hcsearch.subjects.databases import Place, reading_database
-from hcsearch.subjects.pattern_files import is_pattern_file, refuse_other_file
-
-if TYPE_CHECKING:
-    from hcsearch.designs.panel_sizes import PanelSize
+from hcsearch.scenes.scene import joined_name
+from hcsearch.subjects.pattern_files import refuse_other_file
 
 
 def is_id(name: str) -> bool:
@@ -28,38 +18,9 @@ def is_id(name: str) -> bool:
     return name.isascii() and name.isdigit()
 
 
-_NAME = re.compile(r"[0-9]+(:[0-9]+)?|[a-z0-9]+:[^\s=<>]*")
-_OPERATOR = re.compile(r"[=<>]")
-_CONDITION_MARK = re.compile(r"[\s=<>()]")
-
-
-def is_query(text: str) -> bool:
-    """Whether a text is a query for designs; else it is a name. HcsearchError for what is neither.
-
-    A name is an id, a notation, an assembly or a file `.toml` or `.fold`. A query has an operator, a bracket or a
-    space, or is the name of a column.
-    """
-    if not _OPERATOR.search(text):  # a query may name a file of cells
-        refuse_other_file(text)
-    if text in ASSEMBLIES or text.endswith(".toml") or is_pattern_file(text) or _NAME.fullmatch(text):
-        return False
-    if _CONDITION_MARK.search(text) or text in column_names("designs"):
-        return True
-    raise HcsearchError(
-        f"there is no assembly {text!r}, and it is no query: name DESIGN:CREASE, an assembly that `hcsearch assembly "
-        "list` prints or a file .toml or .fold, or write conditions as in 'n=12 untwisted'"
-    )
-
-
-def design_named(name: str, db: Place | None) -> tuple[Circuit, int | None]:
-    """Return the circuit of a design, named by notation or by its id in a database, and this id; None without."""
-    if ":" in name:
-        return Circuit.from_notation(name).canonical(), None
-    if name in ASSEMBLIES:
-        raise HcsearchError(f"{name} is an assembly, no design of a database: see hcsearch assembly {name}")
-    with reading_database(db) as database:
-        number, notation = store.find_circuit(database, name)
-        return stored_circuit(database, number, notation), number
+def circuit_with_id(number: int, database: store.Database) -> Circuit:
+    """Return the circuit of a stored design; QueryError for an unknown id."""
+    return stored_circuit(database, *store.find_circuit(database, str(number)))
 
 
 def stored_circuit(database: store.Database, number: int, notation: str) -> Circuit:
@@ -92,47 +53,6 @@ def only_folding(circuit: Circuit, name: str | None = None) -> Folding:
             f"{text} has {len(candidates)} foldings: name one as {text}:CREASE; its creases are {creases}"
         )
     return candidates[0]
-
-
-LENGTH_PARAMETERS = ("base", "thickness", "side", "width")
-
-
-def parameters_of(assembly: Assembly, given: Mapping[str, Any]) -> Parameters:
-    """The default parameters of an assembly, with the given ones replaced: degrees, millimetres, columns x rows.
-
-    HcsearchWarning for lengths that are probably not meant.
-    """
-    changes: dict[str, Any] = {}
-    for name, value in given.items():
-        if value is None:
-            continue
-        if name not in (*LENGTH_PARAMETERS, "alpha", "size"):
-            raise HcsearchError(f"assemblies have no {name!r}: they have alpha, size, {', '.join(LENGTH_PARAMETERS)}")
-        if name == "size":
-            changes[name] = _size(str(value))
-        else:
-            changes[name] = math.radians(float(value)) if name == "alpha" else 1e-3 * float(value)
-    for name in changes:
-        if name not in assembly.parameter_names:
-            option = "SIZE" if name == "size" else f"--{name}"
-            raise HcsearchError(f"{assembly.name} does not depend on {option}: leave it out")
-    parameters = replace(assembly.defaults, **changes)
-    if changes.keys() & {*LENGTH_PARAMETERS}:
-        warn_of_panel_size(_panel(assembly, parameters), None)
-    return parameters
-
-
-def _panel(assembly: Assembly, parameters: Parameters) -> PanelSize:
-    """The sizes of an assembly's panels, of triangles the base on both sides."""
-    side = parameters.base if "base" in assembly.parameter_names else parameters.side
-    return (side, parameters.width if "width" in assembly.parameter_names else side, parameters.thickness)
-
-
-def _size(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"([0-9]{1,4})x([0-9]{1,4})", text)
-    if match is None:
-        raise HcsearchError(f"{text!r} is no size: write columns x rows, such as 3x2")
-    return int(match[1]), int(match[2])
 
 
 def deployment_scene_name(row: Mapping[str, Any], verdict: store.StoredVerdict | None) -> str:

@@ -1,59 +1,31 @@
-"""The replay of a case: a stored or planned path, or the deployment by springs."""
+"""Replays of stored and planned paths, deployments by springs, motions that are followed, and modes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hcsearch import store
 from hcsearch.basics.array_values import Reals
-from hcsearch.basics.errors import DatabaseError, HcsearchError, SizeError
-from hcsearch.basics.vocabulary import WAYS, Formulation, ReplaySource
+from hcsearch.basics.errors import DatabaseError, HcsearchError
+from hcsearch.basics.vocabulary import WAYS, Formulation
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.motion.paths.motions import accumulated_turn
-from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion
-from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
+from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
-from hcsearch.springs.drive.driven_folding import find_drive_motion, no_drive_reason, no_path_reason
+from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.flight.deployed_modes import DeployedModes
-from hcsearch.subjects.case import Case, NamedAssembly
-from hcsearch.subjects.pattern_files import DrawnPattern
 from hcsearch.subjects.replay import Replay, thin_states
 from hcsearch.subjects.stored_scenes import stored_scene
 from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
     from hcsearch.motion.paths.linkage_motion import LinkageMotion
-
-
-def find_path(case: Case) -> tuple[Scene, PlannedMotion, str]:
-    """Plan the motion of a case's folding or pattern; return its scene, the motion and a note on its flat pairs.
-
-    Springs may open a folding with one joining of flat pairs while its path is proved with another. The joining of the
-    springs is tried first, so that all results are of one linkage; the other only if no path is proved.
-    """
-    if isinstance(case.what, DrawnPattern):
-        case.check_moved()
-        return case.scene, plan_linkage_motion(case.linkage, case.scene.margin), case.driven_sentence
-    folding, scene = case.to_move(), replace(case.scene, flat_pairs=case.allowed)
-    motion = find_drive_motion(folding, scene)
-    path = None if case.stored is None or case.stored.verdict is None else case.stored.verdict.path_flat_pairs
-    if motion.margin is None and case.look_of == "verdict" and path not in (None, case.look.pairs):
-        assert path is not None
-        path_scene = replace(scene, flat_pairs=(path,))
-        proved = find_drive_motion(folding, path_scene)
-        if proved.margin is not None:
-            note = f"flat pairs {path}, as in the proved path: none is proved with flat pairs {case.look.pairs}"
-            return path_scene, proved, case.told(note)
-    return scene, motion, case.driven_sentence
 
 
 REPLAY_SUBSTEP_COUNT = 4
@@ -69,12 +41,10 @@ _LOOPS: dict[Formulation, str] = {
 }
 
 
-def replay_of_deployment(
-    deployment: Deployment, title: str, *, design: bool | None = None, reason: str | None = None
-) -> Replay:
+def replay_of_deployment(deployment: Deployment, title: str, *, reason: str | None = None) -> Replay:
     """Return the replay of a simulated deployment.
 
-    design : as of `labels_of`. reason : its outcome, including other tolerances if they were tried.
+    reason : its outcome, including other tolerances if they were tried.
     """
     compiled, motion, clearance = deployment.compiled, deployment.motion, deployment.clearance
     shares = np.linspace(0.0, 1.0, REPLAY_SUBSTEP_COUNT, endpoint=False)
@@ -87,7 +57,7 @@ def replay_of_deployment(
         end = clearance.time
     return Replay(
         linkage=compiled.linkage,
-        labels=labels_of(compiled.linkage, design=design),
+        labels=labels_of(compiled.linkage),
         axis="time",
         at=times[indices],
         angles=angles[indices],
@@ -107,7 +77,6 @@ def replay_of_path(
     title: str,
     *,
     margin: float | None,
-    design: bool = True,
     near: float = REPLAY_ANGLE_TOLERANCE,
 ) -> Replay:
     """Return the replay of a planned path, (k, n_hinges), from packed to flat.
@@ -122,7 +91,7 @@ def replay_of_path(
     proved = "not proved" if margin is None else f"proved with {short_number(1e3 * margin, 2)} mm of play on every face"
     return Replay(
         linkage=linkage,
-        labels=labels_of(linkage, design=design),
+        labels=labels_of(linkage),
         axis="path",
         at=places[indices],
         angles=states[indices],
@@ -168,7 +137,7 @@ MODE_STATE_COUNT = 24
 """States of the replay of one period."""
 
 
-def replay_of_mode(linkage: Linkage, modes: DeployedModes, number: int, title: str, *, design: bool = True) -> Replay:
+def replay_of_mode(linkage: Linkage, modes: DeployedModes, number: int, title: str) -> Replay:
     """Return one period of a mode of the flat array, enlarged; number : from 0 on, of those that are not soft.
 
     Loops are closed to first order only, as in the mode itself.
@@ -180,7 +149,7 @@ def replay_of_mode(linkage: Linkage, modes: DeployedModes, number: int, title: s
     hertz = short_number(1.0 / period, 3)
     return Replay(
         linkage=linkage,
-        labels=labels_of(linkage, design=design),
+        labels=labels_of(linkage),
         axis="time",
         at=period * phases / (2.0 * np.pi),
         angles=angles,
@@ -199,66 +168,12 @@ def _without_repeats(places: Reals, angles: Reals) -> tuple[Reals, Reals]:
     return places[is_last], angles[is_last]
 
 
-def replay_case(case: Case, by: ReplaySource | None = None) -> tuple[Replay, str]:
-    """Replay a motion of a case; return it with a note on the joining of flat pairs.
-
-    by : `path`, from packed to flat: the stored path of a judged folding, else one planned in the scene; `springs`, a
-    simulation. Default: a proved path if there is one, else the simulation, unless springs do not open the folding and
-    a path without proof exists. HcsearchError if a path is required and there is none.
-    """
-    replay, note = None, ""
-    if by != "springs":
-        replay, note = _stored(case), case.driven_sentence
-        if replay is None:
-            replay, note = _planned(case, required=by == "path")
-        if replay is not None and (by == "path" or replay.certified):
-            return replay, note
-    deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained", drives=case.drives)
-    if replay is not None and not deployment.deploys:
-        return replay, note
-    design = case.folding is not None
-    return replay_of_deployment(deployment, case.title, design=design or None), case.sentence
-
-
-def _stored(case: Case) -> Replay | None:
-    """Return the stored proved path of a judged folding as a replay; None without one."""
-    if case.stored is not None and case.stored.damage is not None:
-        raise case.stored.damage
-    if case.folding is None or case.stored is None or case.stored.path is None:
-        return None
-    path = case.stored.path
-    linkage = case.folding.linkage(case.panel, flat_pairs=path.way or "rigid")
-    if linkage.n_hinges != path.states.shape[1]:
-        raise _damaged(case.stored.location, case.folding.circuit, path)
-    return _replay_of(path, case.folding, linkage)
-
-
-def _planned(case: Case, *, required: bool) -> tuple[Replay | None, str]:
-    if required and isinstance(case.what, NamedAssembly):
-        raise HcsearchError(f"{case.title} is an assembly, for which no path is planned: ask for --motion springs")
-    try:
-        scene, motion, note = find_path(case) if required else _opened(case)
-    except SizeError:
-        raise
-    except HcsearchError:
-        if required:
-            raise
-        return None, ""  # an assembly, or a file with springs or a drive of its own
-    drawn = isinstance(case.what, DrawnPattern)
-    if motion.states is None or motion.way is None:
-        if required:
-            raise HcsearchError(no_path_reason(motion) if drawn else no_drive_reason(case.to_move(), scene, motion))
-        return None, ""
-    linkage = case.linkage if drawn else case.to_move().linkage(case.panel, flat_pairs=motion.way)
-    return replay_of_path(linkage, motion.states, case.title, margin=motion.margin, design=not drawn), note
-
-
-def _opened(case: Case) -> tuple[Scene, PlannedMotion, str]:
-    """Plan the motion as `find_path`, but only with the joining of flat pairs behind the status of the folding."""
-    if isinstance(case.what, DrawnPattern):
-        return find_path(case)
-    scene = replace(case.scene, flat_pairs=case.allowed)
-    return scene, find_drive_motion(case.to_move(), scene), case.driven_sentence
+def replay_of_stored_path(path: store.StoredPath, folding: Folding, panel: PanelSize, location: str) -> Replay:
+    """Return the replay of a stored path of a folding; DatabaseError, which names the database, where it has none."""
+    linkage = _linkage_of(folding, panel, path)
+    if linkage is None:
+        raise _damaged(location, folding.circuit, path)
+    return _replay_of(path, folding, linkage)
 
 
 def stored_replays(
@@ -272,13 +187,11 @@ def stored_replays(
     for path in store.find_paths(database, list(circuits), scene):
         circuit = circuits[path.design_id]
         panel = panel_of(values, circuit.grid.name)
-        linkage = None
-        with suppress(HcsearchError):  # the circuit may have no such folding
+        try:
             folding = folding_of(circuit, path.crease)
-            linkage = _linkage_of(folding, panel, path)
-        if linkage is None:
-            raise _damaged(database.location, circuit, path)
-        yield path, _replay_of(path, folding, linkage)
+        except HcsearchError:  # the circuit has no such folding
+            raise _damaged(database.location, circuit, path) from None
+        yield path, replay_of_stored_path(path, folding, panel, database.location)
 
 
 def _linkage_of(folding: Folding, panel: PanelSize, path: store.StoredPath) -> Linkage | None:

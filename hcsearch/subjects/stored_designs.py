@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +11,12 @@ from hcsearch import store
 from hcsearch.basics.vocabulary import percent, play_sentence
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
-from hcsearch.designs.panel_sizes import PanelSize
-from hcsearch.scenes import DEFAULT_SCENE_NAME, panel_of
+from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.store.conditions import find_quantity
-from hcsearch.store.location import parse_location
 from hcsearch.store.quantity import Quantity
-from hcsearch.subjects.databases import Place, database_location, reading_database
+from hcsearch.subjects.databases import Place, reading_database
 from hcsearch.subjects.names import deployment_scene_name, stored_circuit, way_option_text
-from hcsearch.subjects.stored_scenes import scene_asked_for, stored_scene
+from hcsearch.subjects.stored_scenes import stored_scene
 from hcsearch.system.machine import default_database
 
 _MOTION_COLUMNS = ("deployable", "needed_margin", "least_gap", "deploy_time", "min_clearance", "score")
@@ -29,19 +27,26 @@ _MOTION_COLUMNS = ("deployable", "needed_margin", "least_gap", "deploy_time", "m
 class StoredDesign:
     """A design in a database.
 
-    number : its id. circuit : in canonical order. panel : size of its panels, m.
-    scene : whose verdicts these are. row : of the view `designs`, with the rows of its paths and deployments.
-    best : crease of its best folding. verdicts : by crease and scene. location_option : names the database.
+    number : its id. circuit : in canonical order. values : the scene, and scene : its name, whose verdicts these are.
+    row : of the view `designs`, with the rows of its paths and deployments.
+    best : crease of its best folding. verdicts : by crease and scene. location : of the database, for messages.
+    paths : with their states, if these were read.
     """
 
     number: int
     circuit: Circuit
-    panel: PanelSize
+    values: Scene
     scene: str
     row: Mapping[str, Any]
     best: int | None
     verdicts: Mapping[tuple[int, str], store.StoredVerdict | None]
-    location_option: str
+    location: str
+    paths: Sequence[store.StoredPath] = ()
+
+    @property
+    def location_option(self) -> str:
+        """The option that names the database, empty for the default one."""
+        return "" if self.location == default_database() else f" --db {shlex.quote(self.location)}"
 
     @property
     def joining(self) -> str | None:
@@ -61,6 +66,20 @@ class StoredDesign:
             for name in _MOTION_COLUMNS
             if self.row.get(name) is not None
         ]
+
+    def folding_row(self, crease: int) -> Mapping[str, Any]:
+        """The row of the view `foldings` on a folding; empty where it has none."""
+        return next((row for row in self.row["foldings"] if row["crease"] == crease), {})
+
+    def deployments_of(self, crease: int) -> list[Mapping[str, Any]]:
+        """The deployments of a folding for the scene: first in the scene itself, then with other springs."""
+        rows = [row for row in self.row["deployments"] if (row["crease"], row["base"]) == (crease, self.scene)]
+        return sorted(rows, key=lambda row: row["scene"] != self.scene)
+
+    def motion_sentence(self, crease: int) -> str | None:
+        """The sentence on the planned motion of a folding in the scene; None without one."""
+        rows = (row for row in self.row["motions"] if (row["crease"], row["scene"]) == (crease, self.scene))
+        return next((str(row["reason"]) for row in rows), None)
 
     def motions(self, folding: Folding) -> Iterator[list[str]]:
         """Sentences on the stored paths and deployments of a folding, each with its details and a command."""
@@ -101,34 +120,34 @@ def accuracy_of_row(tried: Mapping[str, Any]) -> str:
     return "; ".join(filter(None, [f"by {tried['method']}", ", ".join(errors), left_out]))
 
 
-def stored_design(name: str, db: Place | None, *, scene: str | None, panel: str | None) -> StoredDesign:
-    """Read a design by its id, with its paths and deployments in a scene, or in all scenes if none is named."""
+def stored_design(number: int, db: Place, scene: str) -> StoredDesign:
+    """Read a design by its id, with its paths and deployments in a scene."""
     with reading_database(db) as database:
-        number, circuit, scene_name = stored_circuit_in_scene(name, database, scene=scene, panel=panel)
-        row = store.find_design(database, str(number), scene_name)
-        best = store.best_creases(database, [number], scene_name).get(number)
-        rows = [*row["motions"], *row["deployments"]]
-        places = {(one["crease"], one.get("base", one["scene"])) for one in rows}
-        verdicts = {place: store.find_verdict(database, number, *place) for place in places}
-        size = panel_of(stored_scene(database, scene_name), circuit.grid.name)
-    if scene or panel:
-        row["motions"] = [path for path in row["motions"] if path["scene"] == scene_name]
-        row["deployments"] = [tried for tried in row["deployments"] if tried["base"] == scene_name]
-    option = _location_option(database_location(db))
-    return StoredDesign(number, circuit, size, scene_name, row, best, verdicts, option)
+        circuit = stored_circuit(database, *store.find_circuit(database, str(number)))
+        return stored_design_in(database, number, circuit, scene, alone=True, paths=True)
 
 
-def stored_circuit_in_scene(
-    name: str, db: Place | None, *, scene: str | None, panel: str | None
-) -> tuple[int, Circuit, str]:
-    """Return the id of a design, its circuit, and the name of the stored scene that is denoted by options."""
-    with reading_database(db) as database:
-        number, notation = store.find_circuit(database, name)
-        circuit = stored_circuit(database, number, notation)
-        return number, circuit, scene_asked_for(database, scene, panel, grid=circuit.grid.name)
+def stored_design_in(
+    database: store.Database, number: int, circuit: Circuit, scene: str, *, alone: bool, paths: bool
+) -> StoredDesign:
+    """Read a design by its id, with its motions and deployments in a scene, or in all scenes unless `alone`.
 
-
-def _location_option(location: str) -> str:
-    """Return the option that names a database, empty for the default one."""
-    # as messages show it: a terminal may lack marks of a path, and a URL may hold a password
-    return "" if location == default_database() else f" --db {shlex.quote(parse_location(location).text)}"
+    paths : whether the states of its stored paths are read, too.
+    """
+    row = store.find_design(database, str(number), scene)
+    if alone:
+        row["motions"] = [path for path in row["motions"] if path["scene"] == scene]
+        row["deployments"] = [tried for tried in row["deployments"] if tried["base"] == scene]
+    rows = [*row["motions"], *row["deployments"]]
+    places = {(one["crease"], one.get("base", one["scene"])) for one in rows}
+    return StoredDesign(
+        number,
+        circuit,
+        stored_scene(database, scene),
+        scene,
+        row,
+        store.best_creases(database, [number], scene).get(number),
+        {place: store.find_verdict(database, number, *place) for place in places},
+        database.location,
+        store.find_paths(database, [number], scene) if paths else (),
+    )

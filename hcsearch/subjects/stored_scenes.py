@@ -17,11 +17,16 @@ from hcsearch.subjects.databases import Place, database_snapshot
 from hcsearch.system.terminal import write_notice
 
 
+def is_scene_file(text: str) -> bool:
+    """Whether a text is the name of a scene file."""
+    return text.endswith(".toml")
+
+
 def scene_database(
     scene: Scene | str | None, db: Place | None
 ) -> AbstractContextManager[tuple[store.Database | None, DatabaseError | None]]:
     """Open the database in which a scene is looked up; none for values, built-in scenes and files."""
-    if not isinstance(scene, str) or scene in SCENES or scene.endswith(".toml"):
+    if not isinstance(scene, str) or scene in SCENES or is_scene_file(scene):
         return nullcontext((None, None))
     return database_snapshot(db)
 
@@ -35,7 +40,7 @@ def read_scene(text: str | None, database: store.Database | None, grid: str | No
         return SCENES[DEFAULT_SCENE_NAME]
     if not text.strip():
         raise SceneError("a scene has a name: write --scene default, or name a file .toml")
-    if text.endswith(".toml"):
+    if is_scene_file(text):
         return _of_file(text, grid)
     if text not in SCENES and database is not None and text in store.scene_names(database):
         return stored_scene(database, text)
@@ -67,7 +72,7 @@ def scene_asked_for(
         if only_name is None:
             store.check_scene(database, DEFAULT_SCENE_NAME)
         return only_name or DEFAULT_SCENE_NAME
-    base = DEFAULT_SCENE_NAME if text is None else _of_file(text).name if text.endswith(".toml") else text
+    base = DEFAULT_SCENE_NAME if text is None else _of_file(text).name if is_scene_file(text) else text
     if base not in store.scene_names(database):
         parted = _parted(base)
         if parted is not None:

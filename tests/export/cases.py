@@ -31,14 +31,14 @@ NAMES = (
 def case(name):
     """The linkage of a name, with the names of its panels and hinges."""
     linkage = linkage_named(name)
-    return linkage, labels_of(linkage, design=":" in name)
+    return linkage, labels_of(linkage)
 
 
 def merged():
     """A folding whose mirror pairs are one, an open chain."""
     folding = Folding.from_notation("square:012222230000:1")
     linkage = folding.linkage(panel_of(SCENES["default"], "square"), flat_pairs="merged")
-    return linkage, labels_of(linkage, design=True)
+    return linkage, labels_of(linkage)
 
 
 def volumes(linkage):
@@ -50,4 +50,4 @@ def volumes(linkage):
 def replay(name, states):
     """A motion through some states, whether its loops are closed or not."""
     linkage, _ = case(name)
-    return replay_of_path(linkage, states, name, margin=None, design=":" in name)
+    return replay_of_path(linkage, states, name, margin=None)

@@ -18,7 +18,6 @@ from hcsearch.export.animation import (
     painters_order,
 )
 from hcsearch.export.formats import export_format_of
-from hcsearch.subjects.replay_sources import replay_case
 from hcsearch.subjects.resolve import resolve
 from tests.export.cases import case, replay
 
@@ -48,7 +47,7 @@ def entries(prisms, origin, towards):
 
 @pytest.mark.parametrize("name", ["hex:0234550132:4", "thesis-4x4", "unit-ii"])
 def test_panels_in_front_are_drawn_after_those_that_they_hide(name):
-    motion = replay_case(resolve(name, "hcsearch.sqlite"))[0]
+    motion = resolve(name, "hcsearch.sqlite").replay()[0]
     states = motion.at_time(np.linspace(*motion.at[[0, -1]], 5))
     assert sum(hidden_pairs(motion.linkage.solids(angles)) for angles in states) > 100
 

@@ -78,7 +78,7 @@ def test_edges_within_a_panel_do_not_count_as_its_longest_edge(tmp_path):
     square = [(1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0)]
     halves = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], [(0.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
     path = written(tmp_path, drawing_of([*halves, square], {(0, 1): "F", (0, 2): "M"}))
-    assert check(path, panel="100x6", seconds=0.01).facts()["longest_edge_mm"] == pytest.approx(100.0)
+    assert check(path, panel="100x6", seconds=0.01).facts["longest_edge_mm"] == pytest.approx(100.0)
     outline = np.array(resolve(path, panel="100x6").linkage.pattern.vertices)
     assert np.ptp(outline, axis=0) == pytest.approx([0.2, 0.1])
 
@@ -141,10 +141,10 @@ def test_a_strip_with_mountains_and_valleys_is_packed_just_where_its_panels_keep
 
 
 def test_an_accordion_deploys_and_a_roll_has_no_packed_state(tmp_path):
-    accordion = check(written(tmp_path, strip([2.0, 1.5, 1.8], "MV")))
+    (accordion,) = check(written(tmp_path, strip([2.0, 1.5, 1.8], "MV"))).verdicts
     assert (accordion.status, accordion.dof, accordion.linkage.pattern.kutzbach) == ("deploys", 2, 2)
     assert accordion.facts()["longest_edge_mm"] == 50.0
-    roll = check(written(tmp_path, strip([2.0, 2.0, 2.0, 2.0], "VVV")))
+    (roll,) = check(written(tmp_path, strip([2.0, 2.0, 2.0, 2.0], "VVV"))).verdicts
     assert (roll.status, roll.dof, roll.deployment) == (None, 3, None)
     assert "share a layer" in roll.reasons[0]
 
@@ -168,7 +168,7 @@ def test_stated_fold_angles_say_which_hinges_stay_flat_or_partly_closed(tmp_path
     partly = packed_of(box)
     assert partly.packed
     assert [hinge.folded_angle for hinge in partly.pattern.hinges] == pytest.approx([math.pi / 2, math.pi / 4])
-    assert check(written(tmp_path, box)).dof_packed == 2
+    assert check(written(tmp_path, box)).verdicts[0].dof_packed == 2
 
 
 def test_a_state_with_all_hinges_flat_is_no_packed_state():
@@ -196,7 +196,7 @@ def test_a_longest_edge_on_which_other_panels_end_has_the_length_that_is_asked_f
         [(2.0, 2.0), (4.0, 2.0), (3.8, 4.0), (2.2, 4.0)],
     ]
     path = written(tmp_path, drawing_of(polygons, {(0, 1): "M", (0, 2): "V"}))
-    assert check(path, panel="80x8").facts()["longest_edge_mm"] == pytest.approx(80.0)
+    assert check(path, panel="80x8").facts["longest_edge_mm"] == pytest.approx(80.0)
 
 
 _SQUARE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
@@ -257,7 +257,7 @@ def test_commands_take_a_drawn_pattern_as_their_subject(tmp_path, capfd):
     assert (driven.title, driven.facts()["freedoms"], driven.deployment.verdict) == (path, 2, "deploys")
     springs = tmp_path / "springs.toml"
     springs.write_text(
-        scene_file_text(resolve(path, panel="80x4").facts, None, Scene(name="stiff", spring="linear:0.3"))
+        scene_file_text(resolve(path, panel="80x4").entries, None, Scene(name="stiff", spring="linear:0.3"))
     )
     case = resolve(str(springs))
     assert (case.linkage.pattern.thickness, case.scene.spring) == (0.004, "linear:0.3")
@@ -304,7 +304,7 @@ def test_a_scene_file_names_a_pattern_in_its_own_folder(tmp_path):
     (tmp_path / "case.toml").write_text("pattern = 'u.fold'\n", encoding="utf-8")
     case = resolve(str(tmp_path / "case.toml"))
     assert case.linkage.n_hinges == resolve("unit-ii").linkage.n_hinges
-    assert case.facts["pattern"] == str(tmp_path / "u.fold")
+    assert case.entries["pattern"] == str(tmp_path / "u.fold")
 
 
 @pytest.mark.parametrize(
@@ -328,7 +328,7 @@ def test_a_scene_file_is_checked_with_its_pattern_and_its_springs(tmp_path):
     written(tmp_path, strip([2.0, 1.5, 1.8], "MV"))
     (tmp_path / "case.toml").write_text("name = 'stiff'\npattern = 'own.fold'\nscene.spring = 'linear:0.3'\n")
     checked = check(str(tmp_path / "case.toml"), db="none.sqlite")
-    assert (checked.status, checked.scene.name, checked.scene.spring) == ("deploys", "stiff", "linear:0.3")
+    assert (checked.verdicts[0].status, checked.scene.name, checked.scene.spring) == ("deploys", "stiff", "linear:0.3")
 
 
 @pytest.mark.parametrize("panel", ["0x0", "50", "50x40x6", "across 50x6", "1e9x6"])

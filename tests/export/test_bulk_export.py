@@ -18,7 +18,7 @@ from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.search.enumeration import PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.store import column_names, open_database, open_readonly, select
-from hcsearch.subjects.names import is_query
+from hcsearch.subjects.resolve import is_query
 from tests.export.exports import MOVING
 from tests.judging import judge
 

@@ -59,7 +59,7 @@ def test_a_closed_folded_form_states_which_hinges_close_and_leaves_their_faces_o
 
 
 def test_a_partly_closed_folded_form_is_checked(tmp_path):
-    checked = check(written(tmp_path, with_form(strip([2.0, 1.5, 1.8], "MV"), [-90.0, 45.0])))
+    (checked,) = check(written(tmp_path, with_form(strip([2.0, 1.5, 1.8], "MV"), [-90.0, 45.0]))).verdicts
     assert np.allclose(checked.linkage.folded, [math.pi / 2, math.pi / 4])
     assert checked.dof_packed == 2
 

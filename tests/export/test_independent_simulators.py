@@ -91,7 +91,7 @@ def test_mujoco_moves_as_we_do_in_other_scenes(scene):
 
 def test_mujoco_moves_light_panels_as_we_do():
     linkage = Folding.from_notation("hex:023224350400:4").linkage((0.005, 0.005, 0.0006))
-    error, turned = greatest_error((linkage, labels_of(linkage, design=True)), DEFAULT, timestep=5e-6)
+    error, turned = greatest_error((linkage, labels_of(linkage)), DEFAULT, timestep=5e-6)
     assert error < 1e-2
     assert turned > 0.1
 
@@ -115,7 +115,7 @@ RESISTED = [
 @pytest.mark.parametrize(("name", "values", "outcome"), RESISTED)
 def test_mujoco_and_deploy_agree_on_what_friction_holds(name, values, outcome):
     linkage = Folding.from_notation(name).linkage((0.05, 0.05, 0.006))
-    labels, scene = labels_of(linkage, design=True), replace(DEFAULT, **values)
+    labels, scene = labels_of(linkage), replace(DEFAULT, **values)
     own = simulate_deployment(linkage, scene, certified=False)
     assert own.outcome == outcome
     mujoco, model, data = model_of(mjcf_of(linkage, labels, scene))

@@ -214,12 +214,12 @@ def test_auxiliary_lines_that_are_left_out_are_named(name, tmp_path, capfd):
 
 def test_a_drawing_fits_into_both_sides_of_its_page(tmp_path):
     path = written(tmp_path, "a.svg", svg_of(STRIP, 'width="90cm" height="6cm" viewBox="0 0 3 2"'))
-    assert show(path).facts()["longest_edge_mm"] == pytest.approx(60.0)
+    assert show(path).facts["longest_edge_mm"] == pytest.approx(60.0)
 
 
 def test_a_physical_width_of_an_svg_gives_the_size_of_panels(tmp_path):
     path = written(tmp_path, "a.svg", svg_of(STRIP, 'width="9cm" height="6cm" viewBox="0 0 3 2"'))
-    assert show(path).facts()["longest_edge_mm"] == pytest.approx(60.0)
+    assert show(path).facts["longest_edge_mm"] == pytest.approx(60.0)
 
 
 @pytest.mark.parametrize(

@@ -89,7 +89,7 @@ def test_mjcf_lets_panels_collide_where_they_should_but_never_at_a_hinge():
 
 def option_of(panel, **changes):
     linkage = Folding.from_notation("hex:0234550132:4").linkage(panel)
-    text = mjcf_of(linkage, labels_of(linkage, design=True), replace(DEFAULT, **changes))
+    text = mjcf_of(linkage, labels_of(linkage), replace(DEFAULT, **changes))
     return Xml.fromstring(text).find("option").attrib
 
 

@@ -35,7 +35,7 @@ def stated(name, angles, path):
     linkage = resolve(name, "none.sqlite").linkage
     (file,) = save(name, path, db="none.sqlite")
     data = json.loads(file.read_text())
-    number = {label: k for k, label in enumerate(labels_of(linkage, design=":" in name).hinges)}
+    number = {label: k for k, label in enumerate(labels_of(linkage).hinges)}
     for edge, hinge in enumerate(data["edges_hcsearch:hinge"]):
         if hinge is not None:
             on_top = data["edges_hcsearch:hingeFace"][edge] == "top"
@@ -88,7 +88,7 @@ def test_a_search_leaves_a_state_between_the_stops_either_way():
 
 
 def test_a_stated_state_of_a_loop_is_closed_and_deploys(element):
-    checked = check(str(element))
+    (checked,) = check(str(element)).verdicts
     assert "8 of 8 hinges between 0 and 180 degrees, after hinges turn by up to" in checked.packed.sentence
     folded = np.degrees(checked.linkage.folded)
     assert 0.0 < np.abs(np.sort(folded) - np.sort(MIDDLE_8R)).max() < 1.0
@@ -166,7 +166,7 @@ def test_a_state_in_which_closure_has_full_rank_is_locked(tmp_path):
         for pair, letter in creases.items()
     }
     size = {"hcsearch:thickness": 0.05}
-    checked = check(written(tmp_path, drawing_of(polygons, marks, **size)))
+    (checked,) = check(written(tmp_path, drawing_of(polygons, marks, **size))).verdicts
     assert (checked.status, checked.dof, checked.dof_packed) == ("locked", 0, 0)
     assert "closure has full rank" in checked.locks["packed"]
 
@@ -186,7 +186,7 @@ def test_a_design_is_checked_from_a_state_that_its_file_gives(tmp_path):
     linkage = resolve(MOVING, "none.sqlite").linkage
     states = plan_linkage_motion(linkage).states
     middle = states[len(states) // 2]
-    checked = check(str(stated(MOVING, np.degrees(middle), tmp_path / "design.fold")))
+    (checked,) = check(str(stated(MOVING, np.degrees(middle), tmp_path / "design.fold"))).verdicts
     assert np.allclose(np.sort(checked.linkage.folded), np.sort(middle), atol=1e-6)
     assert checked.motion.margin is not None
 

@@ -19,7 +19,6 @@ from hcsearch.springs.flight.torque_margin import (
 )
 from hcsearch.springs.flight.travel import states_at, travel_along, travel_by_springs
 from hcsearch.subjects.resolve import resolve
-from hcsearch.subjects.travels import travel_of_case
 from tests.flight.random_margins import dual, primal
 from tests.planned import planned
 
@@ -147,7 +146,7 @@ def test_a_path_without_a_bound_is_sampled_between_its_ends():
 @pytest.mark.slow
 def test_hinges_that_meet_their_stops_between_the_states_of_a_path_count():
     """States of this path have 7.69 and 6.88, closed states between them 5.43 and 3.80."""
-    travel = travel_of_case(resolve("hex:023444501022:2", scene=DRIVEN)).travel
+    travel = resolve("hex:023444501022:2", scene=DRIVEN).travel().travel
     sampled, figures = travel_margins(travel), least_margins(travel)
     assert (sampled.margins.min(), sampled.failed.min()) == pytest.approx((7.692, 6.883), rel=1e-3)
     assert (figures.whole.least, figures.failed.least) == pytest.approx((5.4257, 3.8021), rel=1e-4)

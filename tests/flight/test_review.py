@@ -20,7 +20,6 @@ from hcsearch.springs.flight.review import review
 from hcsearch.springs.flight.rules import Rule, Rules, read_rules
 from hcsearch.springs.flight.spring_choice import springs_that_pass
 from hcsearch.subjects.resolve import resolve
-from hcsearch.subjects.travels import travel_of_case
 
 NAME = "hex:0234550132:4"
 ECSS = read_rules("ecss")
@@ -49,7 +48,7 @@ def with_numbers(**numbers) -> Rules:
 
 
 def moved(scene, name=NAME):
-    return travel_of_case(resolve(name, scene=scene))
+    return resolve(name, scene=scene).travel()
 
 
 def reviewed(scene, rules=ECSS, **options) -> FlightSheet:

@@ -13,7 +13,7 @@ from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.subjects.replay import Replay
-from hcsearch.subjects.replay_sources import replay_case, replay_of_path
+from hcsearch.subjects.replay_sources import replay_of_path
 from hcsearch.subjects.resolve import resolve
 from tests.planned import planned
 from tests.strategies import circuits
@@ -25,7 +25,7 @@ def replay_of(name: str) -> Replay:
     if ":" in name:
         path = planned(name)
         return replay_of_path(path.linkage, path.states, name, margin=1e-5)
-    return replay_case(resolve(name, "none.sqlite"), "springs")[0]
+    return resolve(name, "none.sqlite").replay("springs")[0]
 
 
 @st.composite
@@ -38,7 +38,7 @@ def random_replays(draw) -> tuple[Folding, Replay]:
     k = draw(st.integers(2, 6))
     return folding, Replay(
         linkage=linkage,
-        labels=labels_of(linkage, design=True),
+        labels=labels_of(linkage),
         axis=draw(st.sampled_from(["time", "path"])),
         at=np.cumsum(random.uniform(1e-6, 1.0, k)),
         angles=random.uniform(-1.0, 1.0, (k, linkage.n_hinges)) * draw(st.sampled_from([0.1, np.pi, 6.0])),

@@ -133,7 +133,7 @@ def replay_of_two():
     squares = (((0, 0), (1, 0), (1, 1), (0, 1)), ((1, 0), (2, 0), (2, 1), (1, 1)))
     small = tuple(tuple((2e-3 * x, 2e-3 * y) for x, y in square) for square in squares)
     linkage = Linkage(Pattern.from_polygons(small, {(0, 1): VALLEY_CREASE}, 2e-4))
-    return replay_of_path(linkage, np.array([[np.pi], [0.0]]), "two", margin=None, design=False)
+    return replay_of_path(linkage, np.array([[np.pi], [0.0]]), "two", margin=None)
 
 
 def test_small_panels_have_finer_steps():

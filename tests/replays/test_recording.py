@@ -23,7 +23,7 @@ def let_go(request):
     """A deployment and its replay."""
     subject = resolve(request.param, "none.sqlite")
     deployment = simulate_deployment(subject.linkage, subject.setup, "constrained")
-    return deployment, replay_of_deployment(deployment, request.param, design=":" in request.param)
+    return deployment, replay_of_deployment(deployment, request.param)
 
 
 def shares_of(states) -> np.ndarray:

@@ -10,9 +10,9 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, parse_array
 from hcsearch.search.enumeration import ArraySearch
 from hcsearch.search.pipeline import Plan, run_into
+from hcsearch.springs.drive import driven_folding
 from hcsearch.store import open_database, open_readonly, schema, select
-from hcsearch.subjects import replay_sources
-from hcsearch.subjects.replay_sources import replay_case, stored_replays
+from hcsearch.subjects.replay_sources import stored_replays
 from hcsearch.subjects.resolve import resolve
 
 MOVES, STUCK, TWISTED, ASSEMBLY = "hex:0234550132:4", "hex:0234451512:0", "hex:02334051:0", "thesis-4x4"
@@ -39,7 +39,7 @@ def test_stored_paths_are_replayed_as_they_were_planned(searched):
     names = [f"{circuits[path.design_id].notation}:{path.crease}" for path, _ in replays]
     assert names == ["hex:0234550132:3", MOVES]
     for name, (path, replay) in zip(names, replays, strict=True):
-        planned = replay_case(resolve(name, "none.sqlite", path=True), "path")[0]
+        planned = resolve(name, "none.sqlite", path=True).replay("path")[0]
         assert replay.at == pytest.approx(planned.at, abs=1e-12)
         assert replay.angles == pytest.approx(planned.angles, abs=1e-12)
         assert replay.angles[[0, -1]] == pytest.approx(path.states[[0, -1]])
@@ -55,18 +55,16 @@ def test_the_path_of_a_design_named_by_its_id_is_the_stored_one(searched, tmp_pa
     def planning(*_):
         raise PlannedError
 
-    monkeypatch.setattr(replay_sources, "find_drive_motion", planning)
+    monkeypatch.setattr(driven_folding, "find_drive_motion", planning)
     for path, stored in replays_in(searched)[1]:
         name = f"{path.design_id}:{path.crease}"
-        assert replay_case(resolve(name, searched))[0].angles.tolist() == stored.angles.tolist()
-        assert replay_case(resolve(name, searched, scene="default", path=True), "path")[0].source == stored.source
+        assert resolve(name, searched).replay()[0].angles.tolist() == stored.angles.tolist()
+        assert resolve(name, searched, scene="default", path=True).replay("path")[0].source == stored.source
         for other in ({"panel": "60x8"}, {"scene": "earth"}, {"flat_pairs": "merged"}, {"values": {"held": "free"}}):
             with pytest.raises(PlannedError):
-                replay_case(resolve(name, searched, **other, path=True), "path")[0]
+                resolve(name, searched, **other, path=True).replay("path")[0]
         with pytest.raises(PlannedError):
-            replay_case(
-                resolve(name, change(searched, tmp_path, flat_pairs=None, needed_margin=None), path=True), "path"
-            )[0]
+            resolve(name, change(searched, tmp_path, flat_pairs=None, needed_margin=None), path=True).replay("path")[0]
 
 
 def test_designs_and_scenes_without_paths_have_no_replays(searched):
@@ -113,7 +111,7 @@ def test_a_damaged_path_is_reported_in_one_line_with_the_remedy(searched, tmp_pa
 
 def test_a_folding_is_replayed_along_its_path_or_let_go_as_asked():
     path, asked, springs = (
-        replay_case(resolve(MOVES, "none.sqlite", path=by == "path"), by)[0] for by in (None, "path", "springs")
+        resolve(MOVES, "none.sqlite", path=by == "path").replay(by)[0] for by in (None, "path", "springs")
     )
     assert path.source == asked.source
     assert path.angles.tolist() == asked.angles.tolist()
@@ -124,15 +122,15 @@ def test_a_folding_is_replayed_along_its_path_or_let_go_as_asked():
 
 @pytest.mark.parametrize(("name", "reason"), [(TWISTED, "the folding is twisted"), (STUCK, "no path was found")])
 def test_a_folding_without_a_path_is_let_go_and_refused_where_a_path_is_asked_for(name, reason):
-    replay = replay_case(resolve(name, "none.sqlite"))[0]
+    replay = resolve(name, "none.sqlite").replay()[0]
     assert (replay.axis, replay.title) == ("time", name)
     with pytest.raises(HcsearchError, match=reason):
-        replay_case(resolve(name, "none.sqlite", path=True), "path")[0]
+        resolve(name, "none.sqlite", path=True).replay("path")[0]
 
 
 def test_an_assembly_is_let_go_and_has_no_path():
-    replay = replay_case(resolve(ASSEMBLY, "none.sqlite"))[0]
+    replay = resolve(ASSEMBLY, "none.sqlite").replay()[0]
     assert (replay.axis, replay.title) == ("time", ASSEMBLY)
     assert replay.angles.shape[1] == replay.linkage.n_hinges
     with pytest.raises(HcsearchError, match="is an assembly, for which no path is planned: ask for --motion springs"):
-        replay_case(resolve(ASSEMBLY, "none.sqlite", path=True), "path")[0]
+        resolve(ASSEMBLY, "none.sqlite", path=True).replay("path")[0]

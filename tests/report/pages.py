@@ -5,7 +5,7 @@ import re
 from html.parser import HTMLParser
 
 from hcsearch.subjects.resolve import resolve
-from hcsearch.web.report.design_data import ComputedFolding, fetch_computed_data
+from hcsearch.web.report.design_data import fetch_design_data
 
 VOID = {"meta", "input", "path", "circle"}
 
@@ -62,5 +62,4 @@ def column(data: dict, table: str, name: str) -> list:
 
 def computed_data(folding):
     """The data of a page on one folding that no database holds."""
-    case = resolve(folding, "none.sqlite")
-    return fetch_computed_data(folding.circuit, [ComputedFolding(case, folding.notation)], case.scene)
+    return fetch_design_data(resolve(folding, "none.sqlite").shown())

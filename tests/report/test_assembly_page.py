@@ -14,8 +14,7 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
 from hcsearch.subjects.replay_sources import replay_of_deployment
 from hcsearch.subjects.resolve import resolve
-from hcsearch.web.report.assembly_page import fetch_assembly_data
-from hcsearch.web.report.linkage_page import render_linkage
+from hcsearch.web.report.linkage_page import fetch_linkage_data, render_linkage
 from hcsearch.web.report.motion_plots import marks_of_motion
 from hcsearch.web.report.plots import DrawnPlot, PlotCurve
 from tests.report.pages import Page, data_of
@@ -25,7 +24,7 @@ UNIT = "unit-ii"
 
 @pytest.fixture(scope="module")
 def data():
-    return fetch_assembly_data(resolve(UNIT, "none.sqlite"), UNIT)
+    return fetch_linkage_data(resolve(UNIT, "none.sqlite"), UNIT)
 
 
 def test_the_page_of_an_assembly_plays_its_motion_and_holds_its_properties(data):
@@ -48,7 +47,7 @@ def test_the_page_of_an_assembly_plays_its_motion_and_holds_its_properties(data)
 
 
 def test_where_springs_do_not_open_an_assembly_its_motion_is_followed():
-    data = fetch_assembly_data(resolve("array-6r", "none.sqlite"), "array-6r --scene x.toml")
+    data = fetch_linkage_data(resolve("array-6r", "none.sqlite"), "array-6r --scene x.toml")
     springs, followed = data.motions
     assert "Springs alone open it" not in data.sentence
     assert (springs.command, followed.command) == (
@@ -61,7 +60,7 @@ def test_where_springs_do_not_open_an_assembly_its_motion_is_followed():
 def test_plots_name_the_flat_time_in_the_digits_on_which_tolerances_agree():
     name = "element-6r"
     deployed = deploy(name)
-    data = fetch_assembly_data(resolve(name, "none.sqlite"), name)
+    data = fetch_linkage_data(resolve(name, "none.sqlite"), name)
     (motion,) = data.motions
     end = deployed.deployment.motion.times[-1]
     assert (deployed.flat_time, f"{end:.3g}") == (0.7, "0.652")

@@ -6,19 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hcsearch import show_page
 from hcsearch.basics.errors import OutputError, SceneError
 from hcsearch.designs.circuit import Circuit
-from hcsearch.designs.folding import Folding, foldings
+from hcsearch.designs.folding import Folding
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.designs.records import Trial
 from hcsearch.scenes import Scene
 from hcsearch.search.enumeration import enumerate_circuits
-from hcsearch.store import open_database, open_readonly, select
+from hcsearch.store import open_database, select
+from hcsearch.subjects.design_cases import CircuitCase
 from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
+from hcsearch.subjects.resolve import resolve
 from hcsearch.web.report.design_data import fetch_design_data
 from hcsearch.web.report.lead_sentences import design_sentence
-from hcsearch.web.report.page_files import render_design, write_computed_design
+from hcsearch.web.report.page_files import Pages, render_design
 from tests.judging import WORK, judge
 from tests.report.pages import Page, computed_data, data_of
 
@@ -50,9 +53,13 @@ def stored(database_file, tmp_path):
 
 
 def page_of(path: str, number: int, name: str, scene: str = "default"):
-    circuit = Circuit.from_notation(name)
-    with open_readonly(path) as database:
-        return fetch_design_data(circuit, foldings(circuit), path, database, number, scene)
+    design = resolve(str(number), path, scene=scene, extent="page")
+    assert design.circuit == Circuit.from_notation(name)
+    return fetch_design_data(design)
+
+
+def page_without_foldings(circuit: Circuit) -> str:
+    return Pages().design_page(CircuitCase(name=circuit.notation, scene=Scene(), given=circuit, foldings=[]))
 
 
 def test_motions_are_planned_and_simulated_where_no_database_holds_the_design(computed):
@@ -149,13 +156,13 @@ def test_verdicts_are_those_of_a_scene(stored):
 
 
 def test_a_design_without_foldings_has_a_page(tmp_path):
-    path = write_computed_design(Circuit.from_notation("hex:024"), [], Scene(), tmp_path / "none.html")
+    path = show_page("hex:024", tmp_path / "none.html", db="none.sqlite")
     text = path.read_text(encoding="utf-8")
     assert "there is no folding into two stacks" in text
     assert text.count('<path class="hinge"') == 1
     assert data_of(text) == []
     with pytest.raises(OutputError, match="there is no folder"):
-        write_computed_design(Circuit.from_notation("hex:024"), [], Scene(), tmp_path / "new" / "none.html")
+        show_page("hex:024", tmp_path / "new" / "none.html", db="none.sqlite")
 
 
 def test_hostile_text_stays_text(computed):
@@ -171,10 +178,9 @@ def test_hostile_text_stays_text(computed):
 
 
 @pytest.mark.parametrize("grid", GRIDS)
-def test_a_page_draws_a_circuit_of_any_grid_with_smaller_numbers_on_triangles(grid, tmp_path):
+def test_a_page_draws_a_circuit_of_any_grid_with_smaller_numbers_on_triangles(grid):
     circuit = next(iter(enumerate_circuits(grid, n=12)))
-    path = write_computed_design(circuit, [], Scene(), tmp_path / "page.html")
-    page = Page(path.read_text(encoding="utf-8"))
+    page = Page(page_without_foldings(circuit))
     assert len(page.with_class("picture")) == 1
     assert bool(page.with_class("triangles")) == (GRIDS[grid].edges_per_cell == 3)
     assert [text for tag, text in page.texts if tag == "text"] == list(map(str, range(12)))

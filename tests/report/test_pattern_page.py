@@ -9,8 +9,7 @@ from hcsearch import save
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.show import show
 from hcsearch.subjects.resolve import resolve
-from hcsearch.web.report.linkage_page import render_linkage
-from hcsearch.web.report.pattern_page import fetch_pattern_data
+from hcsearch.web.report.linkage_page import fetch_linkage_data, render_linkage
 from tests.export.test_any_panels import strip, written
 from tests.report.pages import Page, data_of
 
@@ -22,7 +21,7 @@ def path(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def data(path):
-    return fetch_pattern_data(resolve(path, "none.sqlite"), f"{path} --scene x.toml")
+    return fetch_linkage_data(resolve(path, "none.sqlite"), f"{path} --scene x.toml")
 
 
 def _printed(*words):

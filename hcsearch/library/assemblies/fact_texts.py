@@ -39,6 +39,14 @@ def published_rows(facts: AssemblyFacts) -> Iterator[tuple[str, str, str]]:
         )
 
 
+def fact_lines(facts: AssemblyFacts) -> Iterator[str]:
+    """Yield the facts, one a line, then the statements of the thesis and the notes."""
+    rows = [*fact_rows(facts)]
+    rows += [("the thesis", f"{label} {text}: {verdict}") for label, text, verdict in published_rows(facts)]
+    rows += [("note", note) for note in facts["notes"]]
+    yield from (f"{label:21}{text}" for label, text in rows)
+
+
 def fact_text(value: object) -> str:
     """Return a value as text: lists with spaces, named values with units."""
     if isinstance(value, bool):

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.basics.vocabulary import Status, millimetres, play_sentence
+from hcsearch.basics.vocabulary import Status, millimetres, play_sentence, sizes_text
 from hcsearch.motion.kinematics.numerical_rank import Rank, generic_rank, rank_at
 from hcsearch.motion.locks.end_locks import contact_rows, lock_at
 from hcsearch.motion.paths.branches import find_branches
 from hcsearch.motion.planning.motion_search import PlannedMotion, plan_linkage_motion, reason_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import setup_of_scene
+from hcsearch.search.own_patterns.checked import Checked, through_stages
 from hcsearch.search.own_patterns.drawn_linkages import longest_edge
 from hcsearch.search.own_patterns.fold_reading import STRAIGHT_SIDE_SHARE
 from hcsearch.search.own_patterns.packed_states import PackedPattern
@@ -21,15 +22,15 @@ from hcsearch.search.stages.order import FOLDING_STAGES
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import without_straight_corners
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
-from hcsearch.system.work_steps import work_step
+from hcsearch.system.work_steps import Progress, work_step
 
 MAX_BRANCHING_DOF = 4
 """Greatest number of first-order motions of a flat state among which finite ones are searched for."""
 
 
 @dataclass(frozen=True)
-class CheckedPattern:
-    """The results on a pattern in a scene.
+class PatternVerdict:
+    """The verdict on a pattern in a scene.
 
     Parameters
     ----------
@@ -89,14 +90,28 @@ class CheckedPattern:
             return self.deployment.play.needed_margin
         return None if self.motion is None else self.motion.margin
 
+    @property
+    def play(self) -> str | None:
+        """The play that the motion needs, as a sentence."""
+        return play_sentence(millimetres(self.needed_margin))
+
+    @property
+    def heading(self) -> str:
+        """The status."""
+        return f"status: {self.status or 'no packed state'}"
+
+    @property
+    def deployed_in(self) -> list[tuple[str, str]]:
+        """Nothing: `hcsearch deploy` takes the file and the options as they are."""
+        return []
+
     def facts(self) -> dict[str, Any]:
-        """All results as plain data, as `hcsearch check --json` prints them; keys name their units."""
+        """All results as plain data; keys name their units."""
         pattern = self.linkage.pattern
         points = pattern.vertices
         outlines = (without_straight_corners(face, points, STRAIGHT_SIDE_SHARE) for face in pattern.faces)
         facets = [tuple(points[v] for v in outline) for outline in outlines]
         rigid = [pair for pair, crease in pattern.creases.items() if crease.face is None]
-        needed = millimetres(self.needed_margin)
         return {
             "pattern": self.name,
             "panels": self.linkage.n_panels,
@@ -112,8 +127,8 @@ class CheckedPattern:
             "kutzbach": pattern.kutzbach,
             "status": self.status,
             "reasons": self.reasons,
-            "needed_margin_mm": needed,
-            "play": play_sentence(needed),
+            "needed_margin_mm": millimetres(self.needed_margin),
+            "play": self.play,
         }
 
     def rows(self) -> Iterator[tuple[str, str]]:
@@ -160,37 +175,49 @@ def check_pattern(
     name: str,
     packed: PackedPattern,
     scene: Scene,
-    progress: Callable[[int, int, str], None] = lambda _done, _total, _stage: None,
-) -> CheckedPattern:
+    progress: Progress = lambda _done, _total, _stage: None,
+) -> Checked:
     """Take a drawn pattern through the stages of a folding in a scene, until one shows that it is locked.
 
     progress : called with the stages done, their number, and the next one. SizeError as of `plan_linkage_motion`.
     """
+    linkage = Linkage(packed.pattern)
+    setup = setup_of_scene(scene, linkage)  # a scene that names an unknown hinge is refused before the work
 
     def begin(stage: str) -> None:
         progress(FOLDING_STAGES.index(stage), len(FOLDING_STAGES), stage)
 
-    begin("mobility")
-    linkage = Linkage(packed.pattern)
-    setup = setup_of_scene(scene, linkage)  # a scene that names an unknown hinge is refused before the work
-    checked = pattern_mobility(name, packed, scene)
-    if checked.locks or not packed.packed:
-        return checked
-    begin("motion")
-    motion = plan_linkage_motion(linkage, scene.margin)
-    if motion.locked:
-        return replace(checked, motion=motion)
-    begin("deployment")
-    return replace(checked, motion=motion, deployment=simulate_deployment(linkage, setup))
+    def run(stage: str, verdict: PatternVerdict) -> PatternVerdict:
+        if stage == "mobility":
+            return pattern_mobility(name, packed, linkage, scene)
+        if stage == "motion":
+            return replace(verdict, motion=plan_linkage_motion(linkage, scene.margin))
+        return replace(verdict, deployment=simulate_deployment(linkage, setup))
+
+    unjudged = PatternVerdict(name, linkage, packed, scene, None, None, None, {})
+    verdict = through_stages(unjudged, run, begin, lambda verdict: verdict.status == "locked" or not packed.packed)
+    return _checked(verdict)
+
+
+def _checked(verdict: PatternVerdict) -> Checked:
+    """Return the verdict on a pattern with its sizes and freedoms."""
+    facts = verdict.facts()
+    freedoms = {"during the motion": "dof", "packed": "dof_packed", "flat": "dof_flat"}
+    told = [f"{'-' if facts[key] is None else facts[key]} {state}" for state, key in freedoms.items()]
+    sizes = f"longest edge {facts['longest_edge_mm']:.6g} mm, {facts['thickness_mm']:.6g} mm thick"
+    heads = [f"{verdict.name}: {sizes_text(facts)}", f"  {sizes}, scene {facts['scene']}"]
+    if facts["moved_mm"]:
+        heads.append(f"  points are moved by up to {facts['moved_mm']:.3g} mm, so that the packed state closes")
+    heads.append(f"  degrees of freedom: {', '.join(told)} (Kutzbach {facts['kutzbach']})")
+    return Checked(verdict.scene, facts, heads, (verdict,), {})
 
 
 @work_step("computing the degrees of freedom")
-def pattern_mobility(name: str, packed: PackedPattern, scene: Scene) -> CheckedPattern:
-    """Return the degrees of freedom and the locks of a drawn pattern, without the later stages."""
-    linkage = Linkage(packed.pattern)
+def pattern_mobility(name: str, packed: PackedPattern, linkage: Linkage, scene: Scene) -> PatternVerdict:
+    """Return the degrees of freedom and the locks of a drawn pattern, whose linkage this is, without later stages."""
     locks = _locks(linkage, packed=packed.packed)
     state = linkage.folded if packed.packed else None
-    checked = CheckedPattern(
+    checked = PatternVerdict(
         name,
         linkage,
         packed,
@@ -203,7 +230,7 @@ def pattern_mobility(name: str, packed: PackedPattern, scene: Scene) -> CheckedP
     return checked if locks or packed.packed else replace(checked, branches=_branches(checked))
 
 
-def _branches(checked: CheckedPattern) -> str:
+def _branches(checked: PatternVerdict) -> str:
     """Return a sentence on the finite motions that leave the flat state; empty where there are too many to search."""
     if not 0 < (checked.dof_flat or 0) <= MAX_BRANCHING_DOF:
         return ""

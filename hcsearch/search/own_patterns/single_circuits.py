@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from hcsearch.basics.vocabulary import Status
+from hcsearch.basics.vocabulary import Status, counted, millimetres, play_sentence
 from hcsearch.designs.circuit import Circuit
-from hcsearch.designs.folding import Folding, representatives
+from hcsearch.designs.folding import Folding, no_folding_reason, representatives
+from hcsearch.designs.panel_sizes import panel_text
 from hcsearch.designs.records import CircuitBatch, StagedDesigns, play_of_batch
 from hcsearch.motion.planning.problems import check_memory
 from hcsearch.scenes import Scene, check_verdicts, panel_of
-from hcsearch.search.stages.order import FOLDING_STAGES, STAGES
+from hcsearch.search.own_patterns.checked import Checked, through_stages
+from hcsearch.search.stages.order import STAGES
 from hcsearch.search.stages.stage import run_stages
 from hcsearch.search.stages.statuses import folding_statuses
+from hcsearch.system.work_steps import Progress
 
 
 @dataclass(frozen=True)
@@ -39,45 +44,54 @@ class FoldingVerdict:
     needed_margin: float | None = None
     least_gap: float | None = None
 
-
-@dataclass(frozen=True)
-class CheckedCircuit:
-    """A circuit in the canonical order, with the verdicts of the stages.
-
-    scene : of the verdicts. two_stack : number of its foldings. verdicts : on the foldings that were checked.
-    """
-
-    circuit: Circuit
-    scene: Scene
-    two_stack: int
-    verdicts: tuple[FoldingVerdict, ...]
+    @property
+    def status_word(self) -> str:
+        """The status, or that the folding is twisted."""
+        return self.status or "twisted"
 
     @property
-    def funnel(self) -> dict[str, int]:
-        """Number of foldings that pass each stage."""
-        statuses = [verdict.status for verdict in self.verdicts]
-        moves = sum(status in ("deploys", "movable") for status in statuses)
+    def heading(self) -> str:
+        """The folding, its status and its freedoms."""
+        freedoms = "" if self.dof is None else f", {counted(self.dof, 'degree')} of freedom (Kutzbach {self.kutzbach})"
+        return f"{self.folding.notation}: {self.status_word}{freedoms}"
+
+    @property
+    def reasons(self) -> list[str]:
+        """The reason for the status."""
+        return [self.reason]
+
+    @property
+    def play(self) -> str | None:
+        """The play that the motion needs, as a sentence."""
+        return play_sentence(millimetres(self.needed_margin))
+
+    @property
+    def deployed_in(self) -> list[tuple[str, str]]:
+        """The folding and the scene in which springs deploy it."""
+        return [] if self.scene is None else [(self.folding.notation, self.scene)]
+
+    def facts(self) -> dict[str, Any]:
+        """All results as plain data; keys name their units."""
         return {
-            "two-stack foldings": self.two_stack,
-            "checked": len(statuses),
-            "untwisted": sum(status is not None for status in statuses),
-            "not locked": sum(status not in (None, "locked") for status in statuses),
-            "movable": moves,
-            "deployed by springs": statuses.count("deploys"),
+            "folding": self.folding.notation,
+            "status": self.status_word,
+            "twist": self.twist,
+            "dof": self.dof,
+            "kutzbach": self.kutzbach,
+            "reason": self.reason,
+            "needed_margin_mm": millimetres(self.needed_margin),
+            "least_gap_mm": millimetres(self.least_gap),
+            "play": self.play,
+            "deploys_in": self.scene,
         }
-
-    @property
-    def deploys(self) -> bool:
-        """Whether springs deploy a folding, certified free of collisions."""
-        return any(verdict.status == "deploys" for verdict in self.verdicts)
 
 
 def check_circuit(
     circuit: Circuit,
     scene: Scene,
     creases: Collection[int] | None = None,
-    progress: Callable[[int, int, str], None] = lambda _done, _total, _stage: None,
-) -> CheckedCircuit:
+    progress: Progress = lambda _done, _total, _stage: None,
+) -> Checked:
     """Take a circuit through every stage in a scene.
 
     circuit : in any position, order and direction. creases : of the foldings to check, in its canonical order; all
@@ -111,13 +125,44 @@ def check_circuit(
     done = 0
     for first in np.unique(representative_of):  # congruent foldings are judged together
         congruent = untwisted_rows[representative_of == first]
-        class_designs = designs.take(np.ones(1, bool), np.isin(np.arange(len(untwisted)), congruent))
-        for name in FOLDING_STAGES:
-            progress(done, len(untwisted_rows), name)
-            class_designs, _ = run_stages(class_designs, [STAGES[name]], scene)
+        class_designs = through_stages(
+            designs.take(np.ones(1, bool), np.isin(np.arange(len(untwisted)), congruent)),
+            lambda name, judged: run_stages(judged, [STAGES[name]], scene)[0],
+            partial(progress, done, len(untwisted_rows)),
+        )
         verdicts |= {verdict.folding.crease: verdict for verdict in _judged(circuit, class_designs, scene)}
         done += len(congruent)
-    return CheckedCircuit(circuit, scene, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
+    return _checked(circuit, scene, two_stack, tuple(verdicts[crease] for crease in sorted(verdicts)))
+
+
+def _checked(circuit: Circuit, scene: Scene, two_stack: int, verdicts: tuple[FoldingVerdict, ...]) -> Checked:
+    """Return the verdicts on foldings of a circuit, with how many foldings pass each stage."""
+    statuses = [verdict.status for verdict in verdicts]
+    funnel = {
+        "two-stack foldings": two_stack,
+        "checked": len(statuses),
+        "untwisted": sum(status is not None for status in statuses),
+        "not locked": sum(status not in (None, "locked") for status in statuses),
+        "movable": sum(status in ("deploys", "movable") for status in statuses),
+        "deployed by springs": statuses.count("deploys"),
+    }
+    array, panel = circuit.array.canonical().notation, panel_text(panel_of(scene, circuit.grid.name))
+    facts = {
+        "circuit": circuit.notation,
+        "array": array,
+        "panels": circuit.n,
+        "panel_mm": panel,
+        "scene": scene.name,
+        "funnel": funnel,
+        "foldings": [verdict.facts() for verdict in verdicts],
+    }
+    heads = [
+        f"{circuit.notation}, array {array}",
+        f"  {circuit.n} panels of {panel} mm, scene {scene.name}",
+        *(f"  {label:24}{count:>6}" for label, count in funnel.items()),
+    ]
+    fault = "" if two_stack else f"nothing folds: {no_folding_reason(circuit.n)}"
+    return Checked(scene, facts, heads, verdicts, funnel, fault)
 
 
 def _twisted(folding: Folding, linking_number: int) -> FoldingVerdict:

@@ -158,7 +158,7 @@ class FlightSheet:
     dampers: tuple[tuple[float, tuple[str, ...]], ...] = ()
     margins: tuple[tuple[float, float], ...] = field(default=(), repr=False)
     travel: Travel | None = field(default=None, repr=False, compare=False)
-    kind: Literal["folding", "pattern"] = "folding"
+    kind: str = "folding"
 
     @property
     def verdict(self) -> SheetVerdict:

@@ -33,11 +33,13 @@ from hcsearch.system.terminal import short_number
 from hcsearch.system.work_steps import work_step
 
 
-def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: bool = False) -> FlightSheet:
+def review(
+    travel: Travel, rules: Rules, *, title: str, source: str, kind: str = "folding", measured: bool = False
+) -> FlightSheet:
     """Return the flight sheet of a folding, or of another linkage.
 
-    title : its name, and source : what moves it, for readers. measured : whether resisting torques are measured, for
-    which a standard has smaller factors.
+    title : its name, kind : what it is, and source : what moves it, for readers. measured : whether resisting
+    torques are measured, for which a standard has smaller factors.
     """
     margins = None if travel.source == "none" else least_margins(travel)
     numbers = figures_of(travel, margins)
@@ -47,6 +49,7 @@ def review(travel: Travel, rules: Rules, *, title: str, source: str, measured: b
     springs = _springs_instead(judged) if weak else ()
     return FlightSheet(
         title=title,
+        kind=kind,
         scene=travel.setup.name,
         source=source,
         standard=rules.standard,

@@ -41,7 +41,7 @@ def deciding_deployment(
         return None
     case = resolve(notation, database, scene=deployment_scene_name(best, verdict))
     deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained")
-    replay = replay_of_deployment(deployment, notation, design=True, reason=str(best["reason"]))
+    replay = replay_of_deployment(deployment, notation, reason=str(best["reason"]))
     return DecidingDeployment(deployment, replay)
 
 

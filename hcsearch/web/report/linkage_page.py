@@ -11,6 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from hcsearch.basics.vocabulary import counted
+from hcsearch.shape.pattern_drawing import draw_pattern
 from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.replay import Replay
@@ -64,16 +65,32 @@ class LinkageData:
     links: Sequence[tuple[str, str]] = ()
 
 
-def page_meta(case: Case) -> list[tuple[str, str]]:
-    """Return what the results on a page depend on."""
-    return [
-        ("scene", case.setup.name),
-        ("hcsearch", version("hcsearch")),
-        ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
-    ]
+def fetch_linkage_data(case: Case, subject: str) -> LinkageData:
+    """Return the data of a case whose linkage has a page; subject : how commands name this case, with its options."""
+    deployed = case.deployed()
+    facts = case.page_facts(deployed, subject)
+    springs = replay_of_deployment(deployed.deployment, case.title, reason=deployed.reason)
+    return LinkageData(
+        title=facts.title,
+        sentence=_lead_sentence(facts.facts, deployed),
+        meta=[
+            ("scene", case.setup.name),
+            ("hcsearch", version("hcsearch")),
+            ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
+        ],
+        picture=draw_pattern(case.linkage.pattern, facts.title, standalone=False),
+        motions=[
+            _shown_motion(spring_motion_title(deployed.deployment), springs, f"hcsearch deploy {subject}", deployed),
+            *(_shown_motion(*motion) for motion in facts.motions),
+        ],
+        facts=facts.rows,
+        commands=facts.commands,
+        notes=facts.notes,
+        published=facts.published,
+    )
 
 
-def lead_sentence(facts: Mapping[str, Any], deployed: Deployed) -> str:
+def _lead_sentence(facts: Mapping[str, Any], deployed: Deployed) -> str:
     """Return what a linkage is, and what springs or drives do with it.
 
     facts : its panels, hinges, dof and kutzbach.
@@ -89,13 +106,7 @@ def lead_sentence(facts: Mapping[str, Any], deployed: Deployed) -> str:
     return f"{parts} {'Drives' if driven else 'Springs'} in the scene {scene}: {deployed.reason}."
 
 
-def motion_by_springs(name: str, deployed: Deployed, command: str) -> ShownMotion:
-    """Return the motion by springs, and drives if there are any, for a page."""
-    replay = replay_of_deployment(deployed.deployment, name, reason=deployed.reason)
-    return shown_motion(spring_motion_title(deployed.deployment), replay, command, deployed)
-
-
-def shown_motion(title: str, replay: Replay, command: str, deployed: Deployed | None = None) -> ShownMotion:
+def _shown_motion(title: str, replay: Replay, command: str, deployed: Deployed | None = None) -> ShownMotion:
     """Return a motion for a page; deployed : the deployment that it replays."""
     payload = payload_of(replay)
     deployment, flat_time = (None, None) if deployed is None else (deployed.deployment, deployed.flat_time)

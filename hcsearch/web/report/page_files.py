@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from markupsafe import Markup
@@ -13,25 +13,22 @@ from hcsearch.basics.errors import HcsearchError, QueryError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.export.bill_texts import bill_summary, section_cells
-from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
+from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.shape.drawing import draw_circuit
-from hcsearch.store import Database, open_readonly
+from hcsearch.store import Database
 from hcsearch.store.columns import DESIGN_QUANTITIES, FOLDING_QUANTITIES
 from hcsearch.store.empty_results import empty_result_reason
 from hcsearch.store.quantity import Quantity
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.design_cases import CircuitCase
 from hcsearch.system.outputs import write_output
 from hcsearch.system.work_steps import work_step
 from hcsearch.web.player import player_script
 from hcsearch.web.player.player_page import as_script, digest_of
 from hcsearch.web.report.data import BEST_FIRST_ORDER, ReportData, fetch_report_data
 from hcsearch.web.report.deciding_motions import with_first_motion
-from hcsearch.web.report.design_data import (
-    ComputedFolding,
-    DesignData,
-    ShownFolding,
-    fetch_computed_data,
-    fetch_design_data,
-)
+from hcsearch.web.report.design_data import DesignData, ShownFolding, fetch_design_data
+from hcsearch.web.report.linkage_page import fetch_linkage_data, render_linkage
 from hcsearch.web.report.plots import curve_swatch
 from hcsearch.web.report.script_data import drawn_crease, first_design, page_data
 from hcsearch.web.report.sheet_page import sheet_cells, sheet_drawings
@@ -237,26 +234,21 @@ def write_report(
     return Path(path)
 
 
-def write_design(
-    circuit: Circuit, foldings: Sequence[Folding], path: Path | str, *, db: str, number: int, scene: str
-) -> Path:
-    """Write the page of a stored design, and return its path.
+@dataclass(frozen=True)
+class Pages:
+    """Makes the pages of cases as HTML.
 
-    foldings : the shown foldings. db : name of the database. number : of the design in it. scene : of the results.
-    OutputError: the file cannot be written. SceneError: the database has no such scene.
+    option : of commands that name a folding, for the scene. named : how commands name the subject, with its options,
+    if it is no design.
     """
-    with open_readonly(db) as database:
-        data = fetch_design_data(circuit, foldings, db, database, number, scene)
-    write_output(path, render_design(data))
-    return Path(path)
 
+    option: str = ""
+    named: str = ""
 
-def write_computed_design(
-    circuit: Circuit, computed: Sequence[ComputedFolding], scene: Scene, path: Path | str
-) -> Path:
-    """Write the page of a design, as of `fetch_computed_data`, and return its path.
+    def design_page(self, design: CircuitCase) -> str:
+        """Return the page of a design."""
+        return render_design(fetch_design_data(design, self.option, self.named))
 
-    OutputError: the file cannot be written.
-    """
-    write_output(path, render_design(fetch_computed_data(circuit, computed, scene)))
-    return Path(path)
+    def linkage_page(self, case: Case) -> str:
+        """Return the page of a linkage."""
+        return render_linkage(fetch_linkage_data(case, self.named))

@@ -26,11 +26,11 @@ from werkzeug.wrappers import Request, Response
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.designs.circuit import Circuit
-from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, foldings_with_paths, scene_names
 from hcsearch.store.columns import VIEWS
-from hcsearch.subjects.names import design_named
+from hcsearch.subjects.names import circuit_with_id
+from hcsearch.subjects.resolve import kind_of
 from hcsearch.web.serve import jobs
 from hcsearch.web.serve.assembly_list import render_assembly_list
 from hcsearch.web.serve.downloads import MEDIA_TYPES, ResultStreams, asks_for_few_rows, read_export, text_of_few_rows
@@ -153,7 +153,8 @@ class Application:
     def _design(self, request: Request, number: int) -> Response:
         scene = self._scene_of(request)
         scene_parameter = "" if scene == self.scene else scene
-        text = self._computed(jobs.stored_design_page, self._circuit(number), number, scene, scene_parameter)
+        self._circuit(number)  # raises without a known design
+        text = self._computed(jobs.subject_page, str(number), scene, scene_parameter)
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAME_POLICY})
 
     def _motion(self, request: Request, number: int, crease: int) -> Response:
@@ -170,9 +171,11 @@ class Application:
 
     def _assembly(self, request: Request, name: str) -> Response:
         read_parameters(_pairs(request), {})
-        if name not in ASSEMBLIES:
+        if kind_of(name) != "assembly":
             raise MissingError(f"no assembly {name!r}: choose one of those at /assemblies")
-        text = self.computing((jobs.assembly_page, name), jobs.assembly_page, self.db, name)  # of no design stored
+        text = self.computing(
+            (jobs.subject_page, name), jobs.subject_page, self.db, name, None, ""
+        )  # of no design stored
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAME_POLICY})
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:
@@ -198,7 +201,7 @@ class Application:
     def _circuit(self, number: int) -> Circuit:
         """Return a design's circuit; MissingError for an unknown id."""
         try:
-            return design_named(str(number), self.database)[0]
+            return circuit_with_id(number, self.database)
         except QueryError:
             missing = f"no design {number} in {self.database.location}: choose one of those at /designs"
             raise MissingError(missing) from None

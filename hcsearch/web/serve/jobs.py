@@ -19,12 +19,13 @@ from typing import Any, Generic, TypeVar
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import ReplaySource
 from hcsearch.designs.circuit import Circuit
-from hcsearch.designs.folding import foldings
 from hcsearch.export.export_files import export_files
 from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat
 from hcsearch.export.settings import ExportSettings
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.store import open_readonly
+from hcsearch.subjects.case import Case
+from hcsearch.subjects.design_cases import CircuitCase
 from hcsearch.subjects.replay_sources import stored_replays
 from hcsearch.web.serve.requests import ListRequest, design_address, list_address_of
 
@@ -37,39 +38,54 @@ class ExportedFile:
     content: bytes
 
 
-def stored_design_page(db: str, circuit: Circuit, number: int, scene: str, scene_parameter: str) -> str:
-    """Return the page of a stored design with its foldings and their motions; scene_parameter : scene in addresses."""
-    from hcsearch.web.report.design_data import fetch_design_data  # noqa: PLC0415 - the engine
-    from hcsearch.web.report.page_files import render_design  # noqa: PLC0415 - the engine
+def subject_page(db: str, name: str, scene: str | None, scene_parameter: str) -> str:
+    """Return the page of a stored design, with its foldings and their motions, or of an assembly.
 
-    with open_readonly(db) as database:
-        data = fetch_design_data(circuit, foldings(circuit), db, database, number, scene)
-    row = ListRequest("designs", query=f"id={number}", scene=scene_parameter, default_scene="")
-    links = [
-        ("all designs", list_address_of(replace(row, query=""))),
-        ("its row as JSON", list_address_of(row, ".json")),
-    ]
-    links += [
-        (f"{form.name} of its array", _export_address(number, form, scene_parameter)) for form in _formats("array")
-    ]
-    exports = {
-        shown.folding.crease: [
-            (form.name, _export_address(number, form, scene_parameter, shown.folding.crease))
-            for form in _formats("pattern", *(() if shown.twist else ("motion",)))
-        ]
-        for shown in data.foldings
-    }
-    return render_design(replace(data, links=links, exports=exports))
-
-
-def assembly_page(db: str, name: str) -> str:
-    """Return the page of an assembly in the scene `default`."""
+    scene_parameter : scene in addresses.
+    """
     from hcsearch.subjects.resolve import resolve  # noqa: PLC0415 - the engine
-    from hcsearch.web.report.assembly_page import fetch_assembly_data  # noqa: PLC0415 - the engine
-    from hcsearch.web.report.linkage_page import render_linkage  # noqa: PLC0415 - the engine
 
-    data = fetch_assembly_data(resolve(name, db), name)
-    return render_linkage(replace(data, links=[("all assemblies", "/assemblies")]))
+    return resolve(name, db, scene=scene, extent="page").page(_LinkedPages(named=name, scene=scene_parameter))
+
+
+@dataclass(frozen=True)
+class _LinkedPages:
+    """Makes the pages of cases with links to neighbouring pages; named : the case. scene : in addresses."""
+
+    named: str
+    scene: str
+
+    def design_page(self, design: CircuitCase) -> str:
+        """Return the page of a stored design, with links to its files."""
+        from hcsearch.web.report.design_data import fetch_design_data  # noqa: PLC0415 - the engine
+        from hcsearch.web.report.page_files import render_design  # noqa: PLC0415 - the engine
+
+        data = fetch_design_data(design)
+        row = ListRequest("designs", query=f"id={self.named}", scene=self.scene, default_scene="")
+        links = [
+            ("all designs", list_address_of(replace(row, query=""))),
+            ("its row as JSON", list_address_of(row, ".json")),
+        ]
+        links += [(f"{form.name} of its array", self._export_address(form)) for form in _formats("array")]
+        exports = {
+            shown.folding.crease: [
+                (form.name, self._export_address(form, shown.folding.crease))
+                for form in _formats("pattern", *(() if shown.twist else ("motion",)))
+            ]
+            for shown in data.foldings
+        }
+        return render_design(replace(data, links=links, exports=exports))
+
+    def linkage_page(self, case: Case) -> str:
+        """Return the page of an assembly."""
+        from hcsearch.web.report.linkage_page import fetch_linkage_data, render_linkage  # noqa: PLC0415 - the engine
+
+        return render_linkage(replace(fetch_linkage_data(case, self.named), links=[("all assemblies", "/assemblies")]))
+
+    def _export_address(self, form: ExportFormat, crease: int | None = None) -> str:
+        below = "" if crease is None else f"/foldings/{crease}"
+        choice = {"format": form.name} if form.only_by_name else {}
+        return design_address(self.named, self.scene, f"{below}/export{form.endings[0]}", **choice)
 
 
 def stored_motion_json(db: str, circuit: Circuit, number: int, crease: int, scene: str) -> str:
@@ -100,12 +116,6 @@ def _formats(*of: str) -> list[ExportFormat]:
                 form.check_installed()
                 installed.append(form)
     return installed
-
-
-def _export_address(number: int, form: ExportFormat, scene_parameter: str, crease: int | None = None) -> str:
-    below = "" if crease is None else f"/foldings/{crease}"
-    choice = {"format": form.name} if form.only_by_name else {}
-    return design_address(number, scene_parameter, f"{below}/export{form.endings[0]}", **choice)
 
 
 def export_file(
