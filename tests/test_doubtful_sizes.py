@@ -16,7 +16,7 @@ from hcsearch.designs.panel_sizes import default_panel, panel_size_doubt, read_p
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.scene import with_size
-from hcsearch.subjects.assembly_case import LENGTH_PARAMETERS, parameters_of
+from hcsearch.subjects.linkage_cases import LENGTH_PARAMETERS, parameters_of
 from tests import forking
 
 MOVING = "hex:0234550132:4"

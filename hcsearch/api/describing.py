@@ -8,7 +8,7 @@ from typing import Any
 from hcsearch.api.kinds import check_kinds
 from hcsearch.library.assemblies import ASSEMBLIES, description
 from hcsearch.shape.pattern_drawing import draw_pattern
-from hcsearch.subjects.assembly_case import assembly_named, parameters_of
+from hcsearch.subjects.linkage_cases import assembly_named, parameters_of
 
 
 def describe(name: str, **parameters: Any) -> dict[str, Any]:

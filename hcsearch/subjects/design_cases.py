@@ -19,8 +19,7 @@ from hcsearch.scenes.looks import SceneVariant, first_variant, setup_of_variant,
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.linkage import Linkage
 from hcsearch.subjects.case import Case, CasePath, MovedCase, Page_co, PageMaker
-from hcsearch.subjects.design_texts import design_facts, folding_lines
-from hcsearch.subjects.stored_designs import StoredDesign, stored_design
+from hcsearch.subjects.stored_designs import StoredDesign, design_facts, folding_lines, stored_design
 from hcsearch.system.work_steps import Progress
 
 if TYPE_CHECKING:

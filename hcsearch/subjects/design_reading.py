@@ -100,15 +100,17 @@ class DesignReading:
 
         circuit : in canonical order. creases : of its foldings; all unless given. database : if it is open.
         """
-        held = nullcontext((database, None)) if database is not None else scene_database(asked.scene, asked.db)
+        chosen = None if asked.extent == "array" else asked.scene  # an array depends on no scene
+        held = nullcontext((database, None)) if database is not None else scene_database(chosen, asked.db)
         with held as (scenes, _):
-            scene = asked.whole_scene(scenes, circuit.grid.name)
+            scene = Scene() if asked.extent == "array" else asked.whole_scene(scenes, circuit.grid.name)
         return CircuitCase(name=asked.name, scene=scene, given=circuit, foldings=_chosen(circuit, creases))
 
     @staticmethod
     def _reading_of(folding: Folding, asked: Asked) -> DesignReading:
         """Return the reading of one folding of a design, as if it were named."""
-        return DesignReading(replace(asked, name=folding.notation), folding.circuit.notation, folding.crease)
+        asked = replace(asked, name=folding.notation, extent="folding")
+        return DesignReading(asked, folding.circuit.notation, folding.crease)
 
     def _stored_design(self, database: store.Database, number: int, circuit: Circuit) -> CircuitCase:
         """Return the case of a design that is named by its id, with its results in the database if these are asked."""

@@ -14,11 +14,10 @@ from hcsearch.scenes.values import shown_value
 from hcsearch.store.columns import column_names
 from hcsearch.store.failures import retry_if_changed
 from hcsearch.subjects.asked import Asked, Extent
-from hcsearch.subjects.assembly_case import AssemblyCase
 from hcsearch.subjects.case import Case, CaseSubject
 from hcsearch.subjects.databases import Place
 from hcsearch.subjects.design_reading import DesignReading
-from hcsearch.subjects.linkage_case import LinkageCase
+from hcsearch.subjects.linkage_cases import AssemblyCase, LinkageCase
 from hcsearch.subjects.names import is_id
 from hcsearch.subjects.pattern_case import PatternCase
 from hcsearch.subjects.pattern_files import PATTERN_SUFFIXES, refuse_other_file

@@ -1,4 +1,4 @@
-"""Designs in a database, with the results on their foldings in a scene."""
+"""Designs in a database, with the results on their foldings in a scene; designs and foldings in words."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from hcsearch import store
 from hcsearch.basics.vocabulary import percent, play_sentence
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
+from hcsearch.designs.twisting import twist
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.store.conditions import find_quantity
 from hcsearch.store.quantity import Quantity
@@ -18,6 +19,7 @@ from hcsearch.subjects.databases import Place, reading_database
 from hcsearch.subjects.names import deployment_scene_name, stored_circuit, way_option_text
 from hcsearch.subjects.stored_scenes import stored_scene
 from hcsearch.system.machine import default_database
+from hcsearch.system.terminal import short_number
 
 _MOTION_COLUMNS = ("deployable", "needed_margin", "least_gap", "deploy_time", "min_clearance", "score")
 """Columns of `designs` on the best motion of a design."""
@@ -151,3 +153,46 @@ def stored_design_in(
         database.location,
         store.find_paths(database, [number], scene) if paths else (),
     )
+
+
+def design_facts(circuit: Circuit, stored: StoredDesign | None) -> dict[str, Any]:
+    """Return the properties of a circuit, and the results on its design in a database."""
+    array = circuit.array
+    facts: dict[str, Any] = {
+        "circuit": circuit.notation,
+        "array": array.canonical().notation,
+        "panels": circuit.n,
+        "slits": len(array.edges()) - circuit.n,
+        "symmetry": circuit.symmetry,
+        "array symmetry": array.symmetry,
+        "orbit size": circuit.orbit_size,
+        "fixed copies": circuit.n_fixed,
+    }
+    if stored is not None:
+        facts |= {"id": stored.number, "scene": stored.scene, "status": stored.row["status"] or "not judged"}
+        facts |= {} if stored.joining is None else {"flat pairs": stored.joining}
+        facts |= {quantity.name.replace("_", " "): _with_unit(quantity, value) for quantity, value in stored.quantities}
+        if stored.row["needed_margin"] is not None:
+            facts["play"] = play_sentence(stored.row["needed_margin"])
+    return facts
+
+
+def _with_unit(quantity: Quantity, value: object) -> str:
+    if quantity.kind == "boolean":
+        return "yes" if value else "no"
+    text = short_number(value, 6) if isinstance(value, float) else str(value)
+    return f"{text} {quantity.unit}".rstrip()
+
+
+def folding_lines(folding: Folding) -> Iterator[str]:
+    """Yield the flat creases, the stacks and the hinges of a folding."""
+    n = folding.circuit.n
+    yield f"\nfolding {folding.crease}: flat creases {folding.crease} and {folding.opposite}, twist {twist(folding)}"
+    for label, stack in zip(("first", "second"), folding.stacks, strict=True):
+        yield f"  {label} stack, lowest panel first: {' '.join(map(str, stack))}"
+    for kind in ("valley", "mountain"):
+        creases = [str(k) for k, assigned in enumerate(folding.assignment) if assigned == kind]
+        face = "top" if kind == "valley" else "bottom"
+        yield f"  {kind} creases, hinges on the {face} face: {' '.join(creases)}"
+    flats = ", ".join(f"{k % n} ({folding.hinge_faces[k % n]})" for k in (folding.crease, folding.opposite))
+    yield f"  flat creases (the face of a hinge, if there is one): {flats}"

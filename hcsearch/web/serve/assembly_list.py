@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from hcsearch.library.assemblies import ASSEMBLIES, Assembly
 from hcsearch.shape.pattern_drawing import draw_pattern
-from hcsearch.subjects.assembly_case import parameters_of
+from hcsearch.subjects.linkage_cases import parameters_of
 from hcsearch.web.serve.template_pages import render_page
 
 

@@ -1,4 +1,4 @@
-"""An assembly of the thesis as a case."""
+"""Linkages that no file draws as cases: a linkage of Python, and an assembly of the thesis."""
 
 from __future__ import annotations
 
@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.library.assemblies import ASSEMBLIES, Assembly, Parameters
+from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import warn_of_panel_size
 from hcsearch.shape.linkage import Linkage
 from hcsearch.subjects.asked import Asked
 from hcsearch.subjects.case import Case, PageFacts
+from hcsearch.subjects.stored_scenes import read_scene, scene_database
 
 if TYPE_CHECKING:
     from hcsearch.designs.panel_sizes import PanelSize
@@ -24,6 +26,40 @@ if TYPE_CHECKING:
     from hcsearch.subjects.replay import Replay
 
 LENGTH_PARAMETERS = ("base", "thickness", "side", "width")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class LinkageCase(Case):
+    """A linkage in a scene; given : the linkage."""
+
+    kind = "linkage"
+    no_path = "is a linkage, for which no path is planned: name DESIGN:CREASE, or see how springs move it with deploy"
+
+    given: Linkage
+
+    @classmethod
+    def claims(cls, subject: object) -> bool:
+        """Whether a value is a linkage."""
+        return isinstance(subject, Linkage)
+
+    @classmethod
+    def read(cls, subject: Linkage, asked: Asked) -> Case:
+        """Return the case of a linkage, which has panels of its own."""
+        if asked.panel is not None or asked.flat_pairs is not None:
+            raise HcsearchError("a Linkage has panels and flat pairs: leave out panel and flat_pairs")
+        with scene_database(asked.scene, asked.db) as (database, _):
+            scene = asked.scene if isinstance(asked.scene, Scene) else read_scene(asked.scene, database)
+        return cls(name=repr(subject), scene=replace(asked.changed(scene), panel=None), given=subject)
+
+    @property
+    def entries(self) -> dict[str, Any]:
+        """Its representation, which no file can hold."""
+        return {"linkage": repr(self.given)}
+
+    @cached_property
+    def linkage(self) -> Linkage:
+        """The linkage."""
+        return self.given
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
