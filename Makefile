@@ -42,8 +42,10 @@ db: $(VENV)/installed
 # Sphinx shows the warnings of a page when it reads it: after a failure it reads all pages again.
 docs: $(VENV)/documented
 	mkdir -p docs/_build
-	$(BIN)/python -m hcsearch.store.generated columns > docs/_build/columns
-	cmp --quiet docs/_build/columns docs/reference/columns.md || mv docs/_build/columns docs/reference/columns.md
+	for page in columns scene_values; do \
+		$(BIN)/python -m hcsearch.store.generated $$page > docs/_build/$$page || exit 1; \
+		cmp --quiet docs/_build/$$page docs/reference/$$page.md || mv docs/_build/$$page docs/reference/$$page.md; \
+	done
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -b html -c docs -d docs/_build/doctrees \
 		. docs/_build/html || { rm -rf docs/_build/doctrees; exit 1; }
 	@echo docs/_build/html/index.html

@@ -18,6 +18,7 @@ from hcsearch.cli import hcsearch as command_line
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import folding_of
 from hcsearch.designs.grid import GRIDS
+from hcsearch.scenes.scene_file import values_page
 from hcsearch.store.generated import columns_page
 from tests import forking
 from tests.documents import (
@@ -184,9 +185,10 @@ def test_the_readme_is_short():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 150
 
 
-def test_the_page_of_columns_is_made_of_their_table():
-    page = (ROOT / "docs" / "reference" / "columns.md").read_text(encoding="utf-8")
-    assert page == columns_page(), "make docs"
+@pytest.mark.parametrize(("name", "made"), [("columns", columns_page), ("scene_values", values_page)])
+def test_generated_pages_are_made_of_their_tables(name, made):
+    page = (ROOT / "docs" / "reference" / f"{name}.md").read_text(encoding="utf-8")
+    assert page == made(), "make docs"
 
 
 def test_the_page_of_commands_names_them_all():

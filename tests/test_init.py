@@ -9,7 +9,8 @@ import pytest
 from hcsearch import HcsearchError, Scene, init_scene
 from hcsearch.basics.errors import HcsearchWarning, OutputError, SceneError
 from hcsearch.designs.grid import GRIDS
-from hcsearch.scenes.scene_template import scene_template, template_keys
+from hcsearch.scenes.scene import SCENE_VALUES
+from hcsearch.scenes.scene_file import scene_template
 from hcsearch.subjects.stored_scenes import read_scene
 from tests.commands import run_here
 
@@ -20,9 +21,9 @@ def test_the_file_is_the_scene_default_under_its_own_name(tmp_path):
 
 
 def test_every_value_of_a_scene_is_in_the_file_once():
-    assert sorted(template_keys()) == sorted(field.name for field in fields(Scene))
+    assert list(SCENE_VALUES) == [field.name for field in fields(Scene)]
     text = scene_template()
-    for key in template_keys():
+    for key in SCENE_VALUES:
         if key not in ("springs", "hinges", "releases"):
             written = f"{key}_mm" if key in ("panel", "margin") else key
             assert len(re.findall(rf"^(# )?{written} = ", text, re.MULTILINE)) == 1, key

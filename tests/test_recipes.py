@@ -14,7 +14,7 @@ from tests.documents import ROOT, agrees, blocks, examples_in
 
 _, _, PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("\n## Recipes\n")
 RECIPES = dict(re.findall(r"^### (.*?)\n(.*?)(?=^### |\Z)", PAGE, re.MULTILINE | re.DOTALL))
-MOST_FILES = {"Add a tiling": 1}
+MOST_FILES = {"Add a tiling": 1, "Add a value of a scene": 2}
 """How many files a recipe may change at most."""
 NEXT = f"{int(SCHEMA_REVISION) + 1:04d}"
 
@@ -42,7 +42,7 @@ def apply_patch(package, patch, *options):
 
 
 def test_there_is_a_recipe_for_each_kind_of_addition():
-    assert [name.rpartition(" ")[2] for name in RECIPES] == ["command", "format", "tiling", "column", "stage"]
+    assert [name.rpartition(" ")[2] for name in RECIPES] == ["command", "format", "tiling", "column", "stage", "scene"]
 
 
 @pytest.mark.parametrize(("name", "count"), MOST_FILES.items())

@@ -14,7 +14,6 @@ from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.designs.grid import GRIDS
 from hcsearch.designs.panel_sizes import default_panel, panel_text, read_panel
 from hcsearch.scenes import SCENES, Scene, check_verdicts, joined_name, panel_of, with_panel
-from hcsearch.scenes.hardware import hardware_of
 from hcsearch.scenes.looks import SceneVariant, first_variant, scene_variants, variant_parts
 from hcsearch.scenes.scene import check_scene_name
 from hcsearch.scenes.scene_file import read_scene_file, read_scene_text, scene_file_text, scene_in, scene_with
@@ -192,17 +191,17 @@ def test_hinges_have_the_values_of_the_scene_or_their_own():
     own = (("0", (("friction", 0.02), ("play", 0.001))), ("7", (("harness", 0.005), ("latch_stiffness", 50.0))))
     scene = replace(DEFAULT, friction=0.01, stop_tolerance=1e-3, hinges=own, held="3", root="2")
     setup = setup_of_scene(scene, linkage)
-    hardware, labels = hardware_of(scene, linkage, setup.held), labels_of(linkage)
+    labels = labels_of(linkage)
     place = {name: labels.hinge(name) for name in ("0", "7")}
     for k in range(linkage.n_hinges):
         friction = 0.02 if k == place["0"] else 0.01
         harness = 0.005 if k == place["7"] else 0.0
-        assert setup.resistance[k] == hardware.resistance[k] == friction + harness
-        assert hardware.latch_stiffness[k] == (50.0 if k == place["7"] else 0.0)
-        assert hardware.play[k] == (0.001 if k == place["0"] else 0.0)
-    assert hardware.root == labels.panel("2") != setup.held == labels.panel("3")
-    assert hardware_of(replace(scene, root="held"), linkage, setup.held).root == setup.held
-    assert hardware_of(replace(scene, root="free"), linkage, setup.held).root is None
+        assert setup.resistance[k] == friction + harness
+        assert setup.latch_stiffness[k] == (50.0 if k == place["7"] else 0.0)
+        assert setup.play[k] == (0.001 if k == place["0"] else 0.0)
+    assert setup.root == labels.panel("2") != setup.held == labels.panel("3")
+    assert setup_of_scene(replace(scene, root="held"), linkage).root == setup.held
+    assert setup_of_scene(replace(scene, root="free"), linkage).root is None
     with pytest.raises(HcsearchError, match="there is no hinge 99"):
         setup_of_scene(replace(scene, hinges=(("99", ()),)), linkage)
 

@@ -11,7 +11,7 @@ from hcsearch.designs.grid import grid_named
 from hcsearch.designs.panel_sizes import ACROSS_FLATS_PREFIX, PanelSize, read_panel
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, panel_of
 from hcsearch.scenes.scene import check_scene_name, warn_of_panel_size, with_size
-from hcsearch.scenes.scene_template import scene_template
+from hcsearch.scenes.scene_file import scene_template
 from hcsearch.system.outputs import write_output
 
 

@@ -12,6 +12,7 @@ from hcsearch.basics.errors import HcsearchError, SceneError
 from hcsearch.basics.vocabulary import WAYS, listed
 from hcsearch.cli.options import Command, database_option, joined_words
 from hcsearch.designs.grid import GRIDS
+from hcsearch.scenes.scene import SCENE_VALUES
 
 if TYPE_CHECKING:
     from hcsearch.subjects.case import Case
@@ -54,32 +55,23 @@ def scene_options(command: Command) -> Command:
     return run
 
 
-_VALUES = (
-    "held",
-    "seconds",
-    "gravity",
-    "spring",
-    "springs",
-    "damping",
-    "hinges",
-    "start",
-    "restitution",
-    "spring_range",
-    "friction",
-)
-"""Values of a scene for which some command has an option."""
-
-_SECONDS = click.option(
-    "--seconds",
-    type=float,
-    metavar="S",
-    help="How long the motion is simulated, s.  [default: 1; longer for large panels and soft springs]",
-)
+def value_options(of: str) -> tuple[Command, ...]:
+    """Return the options for values of a scene that some commands have; of : as in `SceneValue.option`."""
+    return tuple(
+        click.option(
+            f"--{name.replace('_', '-')}",
+            type=float if value.is_number else str,
+            metavar=value.option[1],
+            help=value.help,
+        )
+        for name, value in SCENE_VALUES.items()
+        if value.option[0] == of
+    )
 
 
 def subject_options(command: Command) -> Command:
     """Add the subject as argument, and options for panels and for the loads and constraints on them."""
-    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold", "rigid", _SECONDS)
+    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold", "rigid", *value_options("time"))
 
 
 def film_options(command: Command) -> Command:
@@ -89,7 +81,9 @@ def film_options(command: Command) -> Command:
 
 def export_options(command: Command) -> Command:
     """Add the same, with a subject or a query, which may have several words."""
-    return _options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold|QUERY", "rigid", _SECONDS, words=True)
+    return _options(
+        command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold|QUERY", "rigid", *value_options("time"), words=True
+    )
 
 
 def folding_options(command: Command) -> Command:
@@ -99,7 +93,7 @@ def folding_options(command: Command) -> Command:
 
 def circuit_options(command: Command) -> Command:
     """Add the same for a circuit of which all foldings are tried."""
-    return _options(command, "FILE.fold|FILE.toml|CIRCUIT", "either", _SECONDS)
+    return _options(command, "FILE.fold|FILE.toml|CIRCUIT", "either", *value_options("time"))
 
 
 def proof_options(command: Command) -> Command:
@@ -114,19 +108,7 @@ def linkage_options(command: Command) -> Command:
 
 def _options(command: Command, names: str, flat_pairs: str, *own: Command, words: bool = False) -> Command:
     """Add the options of all subjects under loads, and those of a command; the last one is first in the help."""
-    options: tuple[Command, ...] = (
-        *own,
-        click.option(
-            "--held",
-            metavar="PANEL|free",
-            help="The panel that is held fixed.  [default: the lowest pair; of assemblies panel 0]",
-        ),
-        click.option("--gravity", metavar="X,Y,Z", help="Gravity in m/s^2; z points up from the flat sheet."),
-        click.option(
-            "--friction", type=float, metavar="T", help="The Coulomb friction of every hinge, N m.  [default: 0]"
-        ),
-    )
-    return _panel_options(command, names, flat_pairs, *options, words=words)
+    return _panel_options(command, names, flat_pairs, *own, *value_options("loads"), words=words)
 
 
 def _panel_options(command: Command, names: str, flat_pairs: str, *own: Command, words: bool = False) -> Command:
@@ -169,8 +151,9 @@ def case_options(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def named_options(options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the same arguments, with the values of the scene in a dict `values`."""
-    values = {key: options[key] for key in _VALUES if options.get(key) is not None}
-    return {option: options[option] for option in ("db", "scene", "panel", "flat_pairs")} | {"values": values}
+    others = ("db", "scene", "panel", "flat_pairs")
+    values = {key: options[key] for key in SCENE_VALUES if key not in others and options.get(key) is not None}
+    return {option: options[option] for option in others} | {"values": values}
 
 
 def resolve_named(name: str, options: Mapping[str, Any], *, path: bool = False) -> Case:

@@ -10,7 +10,7 @@ from click.core import ParameterSource
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS
-from hcsearch.cli.cases import resolve_named, subject_options
+from hcsearch.cli.cases import resolve_named, subject_options, value_options
 from hcsearch.cli.options import Command, examples_epilog, json_option
 from hcsearch.system.figures import check_picture
 from hcsearch.system.outputs import TABLE_SUFFIXES, check_output, write_table
@@ -18,9 +18,9 @@ from hcsearch.system.terminal import short_number
 
 
 def scene_value_options(command: Command) -> Command:
-    """Add `--spring`, `--springs`, `--damping`, `--dampers`, `--start` and `--restitution`."""
+    """Add the options for springs, `--springs` and `--dampers` of single hinges among them."""
     options = (
-        click.option("--spring", metavar="LAW", help="The spring at every hinge, such as linear:0.1 (N m/rad)."),
+        *value_options("springs"),
         click.option(
             "--springs",
             "own_springs",
@@ -29,26 +29,11 @@ def scene_value_options(command: Command) -> Command:
             help="The spring at one hinge, named by its crease; may be repeated.",
         ),
         click.option(
-            "--damping",
-            type=float,
-            metavar="C",
-            help="The damping at every hinge, N m s/rad.  [default: 0.043 s x stiffness]",
-        ),
-        click.option(
             "--dampers",
             "own_dampers",
             multiple=True,
             metavar="HINGE=C",
             help="The damping at one hinge, named by its crease, N m s/rad; may be repeated.",
-        ),
-        click.option(
-            "--start",
-            type=float,
-            metavar="SHARE",
-            help="The share of the folded angles at which the motion starts.  [default: 0.999]",
-        ),
-        click.option(
-            "--restitution", type=float, metavar="E", help="The restitution of hinge stops, 0 to 1.  [default: 0]"
         ),
     )
     for option in reversed(options):

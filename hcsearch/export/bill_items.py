@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from hcsearch.basics.array_values import ByValue, Reals
-from hcsearch.scenes.hardware import hinge_values
 from hcsearch.scenes.laws import Law
 from hcsearch.shape.labels import label_ranges
 from hcsearch.shape.least_rectangles import least_rectangle
@@ -297,11 +296,11 @@ def _dampers(case: Case) -> tuple[DamperItem, ...]:
 
 
 def _latches(case: Case) -> tuple[LatchItem, ...]:
-    stiffness = hinge_values(case.scene, case.linkage, "latch_stiffness")
-    held = np.flatnonzero(stiffness > 0.0).tolist()
+    stiffness = case.setup.latch_stiffness
+    held = np.flatnonzero(stiffness).tolist()
     return tuple(
-        LatchItem(float(stiffness[group[0]]), tuple(case.labels.hinges[hinge] for hinge in group))
-        for group in _alike_groups(held, lambda a, b: bool(stiffness[a] == stiffness[b]))
+        LatchItem(stiffness[group[0]], tuple(case.labels.hinges[hinge] for hinge in group))
+        for group in _alike_groups(held, lambda a, b: stiffness[a] == stiffness[b])
     )
 
 

@@ -6,12 +6,11 @@ element nor a note of the model holds, one of later versions included.
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Any
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import Scene
-from hcsearch.scenes.values import HINGE_VALUES
+from hcsearch.scenes.scene import HINGE_VALUES, SCENE_VALUES
 
 OF_TREES = frozenset(
     {
@@ -31,12 +30,7 @@ NOTED = (
 
 def given_values(scene: Scene) -> dict[str, Any]:
     """Return the values of a scene that differ from those of `default`; of single hinges, the greatest, by its name."""
-    default = Scene()
-    given = {
-        field.name: value
-        for field in fields(scene)
-        if (value := getattr(scene, field.name)) != getattr(default, field.name)
-    }
+    given = {name: getattr(scene, name) for name in scene.changed()}
     for _, own in scene.hinges:
         for name, value in own:
             given[name] = max(value, given.get(name, 0.0))
@@ -57,9 +51,8 @@ def check_model_values(scene: Scene) -> None:
 
 def scene_notes(scene: Scene) -> dict[str, Any]:
     """Return the noted values of a scene by name; of tolerances and play, those of single hinges as HINGE_NAME."""
-    default = Scene()
     notes: dict[str, Any] = {"scene": scene.name}
-    notes |= {name: getattr(scene, name) for name in NOTED if getattr(scene, name) != getattr(default, name)}
+    notes |= {name: getattr(scene, name) for name in NOTED if name in scene.changed()}
     for hinge, own in scene.hinges:
         notes |= {f"hinge_{hinge}_{name}": value for name, value in own if name in NOTED}
     return notes
@@ -67,7 +60,5 @@ def scene_notes(scene: Scene) -> dict[str, Any]:
 
 def stated_values(scene: Scene) -> dict[str, Any]:
     """Return all values of a scene as JSON holds them, SI units; springs and values of single hinges by hinge."""
-    values = {field.name: getattr(scene, field.name) for field in fields(scene)}
-    values["springs"], values["hinges"] = dict(scene.springs), {hinge: dict(own) for hinge, own in scene.hinges}
-    values["releases"] = dict(scene.releases)
-    return values
+    values = {name: getattr(scene, name) for name in SCENE_VALUES}
+    return values | {name: row.kind.write(values[name]) for name, row in SCENE_VALUES.items() if row.is_table}

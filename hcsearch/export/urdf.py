@@ -16,8 +16,7 @@ from hcsearch.export.cut_trees import CutTree, TreeLink, cut_tree, numbers_text
 from hcsearch.export.print_formats import stl_of
 from hcsearch.export.scene_values import stated_values
 from hcsearch.scenes import Scene
-from hcsearch.scenes.hardware import hinge_values
-from hcsearch.scenes.values import HARDWARE_VALUES
+from hcsearch.scenes.scene import HARDWARE_VALUES, HINGE_VALUES
 from hcsearch.shape.labels import Labels
 from hcsearch.shape.linkage import Linkage
 
@@ -82,7 +81,7 @@ def closure_json(tree: CutTree, scene: Scene, title: str) -> str:
     frames of a closure coincide without a relative rotation.
     """
     links = tree.links
-    hardware = {name: hinge_values(scene, tree.linkage, name) for name in HARDWARE_VALUES}
+    hardware = {name: getattr(tree.setup, name) for name in HINGE_VALUES if name in HARDWARE_VALUES}
     facts: dict[str, Any] = {
         "design": title,
         "base": links[0].name,
@@ -100,7 +99,7 @@ def closure_json(tree: CutTree, scene: Scene, title: str) -> str:
         ],
         "joints": {
             link.joint.name: _joint_facts(tree, link)
-            | {"hardware": {name: float(values[link.joint.hinge]) for name, values in hardware.items()}}
+            | {"hardware": {name: values[link.joint.hinge] for name, values in hardware.items()}}
             for link in links
             if link.joint is not None
         },

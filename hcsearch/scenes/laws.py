@@ -324,10 +324,17 @@ def spring_law(text: str, folder: Path) -> str:
 
     Thus a scene holds all that its verdicts depend on. Laws other than tables are returned unchanged.
     folder : the directory to which names of files are relative.
-    Errors: HcsearchError for files that cannot be read, and for tables with angles that no hinge has.
+    Errors: as of `law_named`, and HcsearchError for files that cannot be read, and for tables with angles that no hinge
+    has.
     """
+    read = _with_points(text, folder)
+    law_named(read)  # refuses what is no law
+    return read
+
+
+def _with_points(text: str, folder: Path) -> str:
     if timed := _TIMED.fullmatch(text.strip()):
-        return f"{spring_law(timed['law'], folder)}{text.strip()[timed.end('law') :]}"
+        return f"{_with_points(timed['law'], folder)}{text.strip()[timed.end('law') :]}"
     match = _TABLE.fullmatch(text.strip())
     if match is None:
         return text

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import warnings
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
+from inspect import cleandoc
+from typing import Any
 
 from hcsearch.basics.errors import HcsearchWarning, SceneError
 from hcsearch.basics.vocabulary import WAYS, Way
@@ -17,6 +19,27 @@ from hcsearch.designs.panel_sizes import (
     panel_text,
     read_panel,
 )
+from hcsearch.scenes.values import (
+    AMOUNT,
+    BOXES,
+    ENVELOPE,
+    FRACTION,
+    JOININGS,
+    LAW,
+    LENGTH_IN_MM,
+    NAME,
+    POSITIVE,
+    SIZE,
+    SMALL_ANGLE,
+    SMALL_LENGTH,
+    SceneValue,
+    ValueKind,
+    by_hinge,
+    numbers,
+    panel_or,
+    read_law,
+    read_release,
+)
 
 SceneVector = tuple[float, float, float]
 CraftBox = tuple[float, float, float, float, float, float]
@@ -24,159 +47,256 @@ CraftBox = tuple[float, float, float, float, float, float]
 
 DEFAULT_SCENE_NAME = "default"
 """The scene used where none is named."""
+HARDWARE_SECTION = "Hardware as built"
 _NAME = re.compile(r"[A-Za-z][\w.+-]{0,39}(?: [\w.+-]+)*", re.ASCII)
+
+
+def _value(default: Any, unit: str, meaning: str, kind: ValueKind = AMOUNT, **facts: Any) -> Any:
+    """Return a field of `Scene` with its row of the table; facts : the rest of `SceneValue`."""
+    return field(default=default, metadata={"row": SceneValue(unit, meaning, kind, default, **facts)})
+
+
+def _read_own(hinge: str, given: Any) -> tuple[tuple[str, float], ...]:
+    """Parse the values of a single hinge."""
+    for name in dict(given):
+        if name not in HINGE_VALUES:
+            raise SceneError(f"hinge {hinge} has no {name!r}: it has {', '.join(HINGE_VALUES)}")
+    return tuple((name, SCENE_VALUES[name].read(value)) for name, value in dict(given).items())
 
 
 @dataclass(frozen=True, repr=False)
 class Scene:
     """All data besides the folding on which a verdict depends: panels, springs, gravity and the start.
 
-    The last values, from `friction` on, are those of the hardware as built. All are 0 or none unless given.
-
-    Parameters
-    ----------
-    name
-        The name under which a database keeps the verdicts.
-    panel
-        Length, width and thickness in m; None for 50 x 50 x 6 mm (rectangles 50 x 40 x 6 mm), and for assemblies, which
-        have their own sizes.
-    density
-        The density of panels, kg/m^3.
-    areal_mass
-        Their mass per area, kg/m^2, which replaces the density.
-    flat_pairs
-        The joints of the two panels at each flat crease, tried one after the other until one opens: `rigid`, `hinged`,
-        or `merged`, where the two panels of each mirror pair are one, too. A single one may be given as a text;
-        `either` means all three.
-    margin
-        By how much panels are shrunk on every face when collisions are checked, m; None for 0.1 mm on 50 mm, in
-        proportion to the longest edge.
-    spring
-        The law of all hinges, such as `linear:0.1` (N m/rad); docs/reference/scenes.md lists the laws. The points of a
-        table in a file take the place of its name.
-    springs
-        Laws of single hinges by their numbers in pictures, as pairs, such as `(("7", "linear:0.2"),)`.
-    spring_range
-        The softest and the stiffest spring that is tried or tuned, N m/rad; None for bounds derived from springs and
-        weight.
-    damping_time
-        Damping over stiffness at each hinge, s.
-    damping
-        The damping at every hinge, N m s/rad, which replaces damping_time.
-    gravity
-        The acceleration of gravity, a vector in m/s^2; z points up from the flat sheet, whose drawing is seen from
-        above.
-    drag
-        The drag of panels in air: its density times the drag coefficient, kg/m^3, such as 1.2 x 1.2 = 1.44; 0 in a
-        vacuum.
-    held
-        The fixed panel, by its number in pictures, or `bottom` for the lowest pair. With `free` the first panel belongs
-        to a floating base.
-    base_mass
-        The mass of that base, kg.
-    base_inertia
-        Its moments of inertia about the panel's centre, kg m^2.
-    start
-        The share of the folded angles at which the motion starts, at rest.
-    restitution
-        The coefficient of restitution of hinge stops, 0 to 1.
-    seconds
-        The simulated time; None for a time derived from panels and springs.
-    stop_stiffness, stop_damping, cut_stiffness, cut_damping
-        Stops, and springs that close loops, in the formulations `penalty` and `compliant`: N m/rad, N m s/rad, N/m, N
-        s/m.
-    friction, harness
-        The torque with which Coulomb friction and a harness resist at every hinge, N m.
-    latch_stiffness
-        The stiffness of the latch of every hinge at the flat state, N m/rad.
-    stop_tolerance
-        The error of the flat stop of every hinge, to each side, rad.
-    play
-        The play of every hinge, to each side, rad.
-    hinges
-        Values of single hinges that replace these five or the damping, by their numbers in pictures, such as `(("7",
-        (("damping", 0.01), ("friction", 0.02))),)`.
-    releases
-        When hold-downs release their hinges, by their numbers in pictures, such as `(("7", "0.5 s"), ("3", "hinge 7 at
-        0.2 rad"))`; until then these hinges cannot open.
-    thickness_tolerance
-        The tolerance of the thickness of panels, to each side, m.
-    offset_tolerance
-        The tolerance of the place of hinge lines, to each side, m.
-    equipment
-        The mass per area of what is mounted on panels, kg/m^2; it is spread through their thickness.
-    root
-        The panel at which the flat array is mounted, `held` for the held one, or `free` for none.
-    craft
-        Boxes of the craft's body, which panels must not touch, in the axes of the flat sheet. Their origin is the
-        centre of the root panel's bottom face.
-    envelope
-        The box into which the folded array must go, such as `3U` or `100x100x340` in mm; empty for none.
-
-    Raises
-    ------
-    SceneError
-        For invalid values.
+    A field is a row of the table of values. The last ones, from `friction` on, are those of the hardware as built.
     """
 
-    name: str = DEFAULT_SCENE_NAME
-    panel: PanelSize | None = None
-    density: float = 547.0
-    areal_mass: float | None = None
-    flat_pairs: tuple[Way, ...] = WAYS
-    margin: float | None = None
-    spring: str = "linear:0.1"
-    springs: tuple[tuple[str, str], ...] = ()
-    spring_range: tuple[float, float] | None = None
-    damping_time: float = 0.043
-    damping: float | None = None
-    gravity: SceneVector = (0.0, 0.0, 0.0)
-    drag: float = 0.0
-    held: str = "bottom"
-    base_mass: float = 0.0
-    base_inertia: SceneVector = (0.0, 0.0, 0.0)
-    start: float = 0.999
-    restitution: float = 0.0
-    seconds: float | None = None
-    stop_stiffness: float = 1e6
-    stop_damping: float = 1.0
-    cut_stiffness: float = 1e8
-    cut_damping: float = 10.0
-    friction: float = 0.0
-    harness: float = 0.0
-    latch_stiffness: float = 0.0
-    stop_tolerance: float = 0.0
-    play: float = 0.0
-    hinges: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = ()
-    releases: tuple[tuple[str, str], ...] = ()
-    thickness_tolerance: float = 0.0
-    offset_tolerance: float = 0.0
-    equipment: float = 0.0
-    root: str = "held"
-    craft: tuple[CraftBox, ...] = ()
-    envelope: str = ""
+    name: str = _value(
+        DEFAULT_SCENE_NAME,
+        "",
+        "the name under which a database keeps the verdicts",
+        NAME,
+        unset="that of the file",
+        example="solar",
+    )
+    panel: PanelSize | None = _value(
+        None,
+        "m",
+        "the length, width and thickness of panels",
+        SIZE,
+        in_mm=True,
+        unset="50x50x6, of rectangles 50x40x6, of assemblies their own",
+    )
+    margin: float | None = _value(
+        None,
+        "m",
+        "by how much panels are shrunk on every face for collisions",
+        LENGTH_IN_MM,
+        in_mm=True,
+        unset="0.1 mm on 50 mm, in proportion to the longest edge",
+        example=1e-4,
+    )
+    flat_pairs: tuple[Way, ...] = _value(
+        WAYS,
+        "",
+        "how panels at flat creases are joined: rigid, hinged, merged, either, or a list in the order of trial",
+        JOININGS,
+        more="Where they are merged, the two panels of each mirror pair are one, too. `either` means all three.",
+    )
+    held: str = _value(
+        "bottom",
+        "",
+        "the panel that is held fixed: a number, bottom (the lowest pair), or free (a floating base)",
+        panel_or("bottom", "free"),
+        option=("loads", "PANEL|free"),
+        unset="the lowest pair, of assemblies panel 0",
+    )
+    density: float = _value(547.0, "kg/m^3", "the density of panels", POSITIVE, section="Panels")
+    areal_mass: float | None = _value(
+        None, "kg/m^2", "the mass of panels per area, which replaces the density", POSITIVE, example=6.5
+    )
+    spring: str = _value(
+        "linear:0.1",
+        "",
+        "the law of every spring, such as linear:0.1 (N m/rad)",
+        LAW,
+        section="Springs and dampers",
+        more="docs/reference/scenes.md lists the laws. The points of a table take the place of its file.",
+        option=("springs", "LAW"),
+    )
+    springs: tuple[tuple[str, str], ...] = _value(
+        (),
+        "",
+        "the laws of single hinges, by their numbers in pictures",
+        by_hinge(
+            read_law, "write { 3 = 'linear:0.2' }, a law for each hinge", "law, such as (('7', 'linear:0.2'),)", dict
+        ),
+        example={"7": "linear:0.2"},
+    )
+    spring_range: tuple[float, float] | None = _value(
+        None,
+        "N m/rad",
+        "the softest and the stiffest spring that is tried or tuned",
+        numbers(2, "give the softest and the stiffest, N m/rad, such as 0.001,0.2", 0.0, rising=True),
+        unset="bounds derived from springs and weight",
+        example=(0.001, 0.2),
+    )
+    damping_time: float = _value(0.043, "s", "the damping of each hinge over its stiffness")
+    damping: float | None = _value(
+        None,
+        "N m s/rad",
+        "the damping of every hinge, which replaces damping_time",
+        by_hinge=True,
+        option=("springs", "C"),
+        unset="0.043 s x stiffness",
+        example=0.0043,
+    )
+    gravity: SceneVector = _value(
+        (0.0, 0.0, 0.0),
+        "m/s^2",
+        "gravity along x, y and z, which points up from the flat sheet",
+        numbers(3, "give x,y,z in m/s^2, such as 0,0,-9.81"),
+        section="Loads",
+        unset="none",
+        option=("loads", "X,Y,Z"),
+    )
+    drag: float = _value(
+        0.0,
+        "kg/m^3",
+        "the density of the air times the drag coefficient of panels",
+    )
+    base_mass: float = _value(0.0, "kg", "the mass of the floating base, where held is free")
+    base_inertia: SceneVector = _value(
+        (0.0, 0.0, 0.0),
+        "kg m^2",
+        "the moments of inertia of that base about the centre of the panel",
+        numbers(3, "give three moments of inertia, kg m^2, such as 0.0067,0.0067,0.0067", 0.0),
+    )
+    start: float = _value(
+        0.999,
+        "",
+        "the share of the folded angles at which the motion starts, at rest",
+        FRACTION,
+        section="Simulation",
+        option=("springs", "SHARE"),
+    )
+    restitution: float = _value(0.0, "", "the restitution of hinge stops, 0 to 1", FRACTION, option=("springs", "E"))
+    seconds: float | None = _value(
+        None,
+        "s",
+        "how long the motion is simulated",
+        POSITIVE,
+        option=("time", "S"),
+        unset="1 s, longer for large panels and soft springs",
+        example=1.0,
+    )
+    stop_stiffness: float = _value(1e6, "N m/rad", "the stiffness of stops, in the formulations penalty and compliant")
+    stop_damping: float = _value(1.0, "N m s/rad", "the damping of these stops")
+    cut_stiffness: float = _value(1e8, "N/m", "the stiffness of springs that close loops, in these formulations")
+    cut_damping: float = _value(10.0, "N s/m", "the damping of these springs")
+    friction: float = _value(
+        0.0,
+        "N m",
+        "the Coulomb friction of every hinge",
+        by_hinge=True,
+        section=HARDWARE_SECTION,
+        more="It holds hinges at rest and brakes those that turn.",
+        option=("loads", "T"),
+    )
+    harness: float = _value(0.0, "N m", "the torque with which a harness resists at every hinge", by_hinge=True)
+    latch_stiffness: float = _value(
+        0.0, "N m/rad", "the stiffness of the latch of every hinge at the flat state", by_hinge=True
+    )
+    stop_tolerance: float = _value(
+        0.0, "rad", "the error of the flat stop of every hinge, to each side", SMALL_ANGLE, by_hinge=True
+    )
+    play: float = _value(0.0, "rad", "the play of every hinge, to each side", SMALL_ANGLE, by_hinge=True)
+    hinges: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = _value(
+        (),
+        "",
+        "dampers and hardware of single hinges, by their numbers in pictures",
+        by_hinge(
+            _read_own,
+            "write { 3 = { friction = 0.02 } }, the values of each hinge",
+            "values, such as (('7', (('friction', 0.02),)),)",
+            lambda hinges: {hinge: dict(own) for hinge, own in hinges},
+        ),
+        example={"7": {"damping": 0.01, "friction": 0.02, "latch_stiffness": 80.0}},
+    )
+    releases: tuple[tuple[str, str], ...] = _value(
+        (),
+        "",
+        "when hold-downs release their hinges, by their numbers in pictures; until then these cannot open",
+        by_hinge(
+            read_release,
+            "write { 3 = '0.5 s' }, or { 3 = 'hinge 7 at 0.2 rad' }, a release for each hinge",
+            "release, such as (('7', '0.5 s'),)",
+            dict,
+        ),
+        example={"7": "0.5 s", "3": "hinge 7 at 0.2 rad"},
+    )
+    thickness_tolerance: float = _value(0.0, "m", "the tolerance of panels' thickness, to each side", SMALL_LENGTH)
+    offset_tolerance: float = _value(0.0, "m", "the tolerance of hinge lines' places, to each side", SMALL_LENGTH)
+    equipment: float = _value(
+        0.0, "kg/m^2", "the mass per area of what is mounted on panels, spread through their thickness"
+    )
+    root: str = _value(
+        "held",
+        "",
+        "the panel at which the flat array is mounted: held, a number, or free for none",
+        panel_or("held", "free"),
+    )
+    craft: tuple[CraftBox, ...] = _value(
+        (),
+        "m",
+        "boxes that panels must not touch: [[x, y, z, length, width, height]]",
+        BOXES,
+        more="Their axes are those of the flat sheet, from the centre of the bottom face of the root.",
+    )
+    envelope: str = _value(
+        "", "", "the box for the folded array, such as 3U or 100x100x340 in mm; empty for none", ENVELOPE
+    )
 
     def __post_init__(self) -> None:
-        changed = {
-            value_field.name for value_field in fields(self) if getattr(self, value_field.name) != value_field.default
-        }
-        if changed - {"name"} or not isinstance(self.name, str):
-            from hcsearch.scenes.values import checked_scene_values  # noqa: PLC0415 - the command line needs the names of scenes alone
+        for name in self.changed():
+            object.__setattr__(self, name, SCENE_VALUES[name].checked(getattr(self, name)))
 
-            for name, value in checked_scene_values({name: getattr(self, name) for name in changed}).items():
-                object.__setattr__(self, name, value)
+    def changed(self) -> list[str]:
+        """Return the names of the values that differ from those of the scene `default`."""
+        return [name for name, value in SCENE_VALUES.items() if getattr(self, name) != value.default]
 
     def __repr__(self) -> str:
-        changed = [
-            value_field.name for value_field in fields(self) if getattr(self, value_field.name) != value_field.default
-        ]
-        return f"Scene({', '.join(f'{name}={getattr(self, name)!r}' for name in changed)})"
+        return f"Scene({', '.join(f'{name}={getattr(self, name)!r}' for name in self.changed())})"
 
     def density_of(self, thickness: float) -> float:
         """Return the density of panels of a thickness (m) with what is mounted on them, kg/m^3."""
         bare = self.density if self.areal_mass is None else self.areal_mass / thickness
         return bare + self.equipment / thickness if self.equipment else bare
 
+
+def _table() -> dict[str, SceneValue]:
+    """Return the rows of all values by name, each in the section of the one before it unless it begins another."""
+    rows, section = {}, ""
+    for value in fields(Scene):
+        row: SceneValue = value.metadata["row"]
+        section = row.section or section
+        rows[value.name] = replace(row, name=value.name, section=section)
+    return rows
+
+
+SCENE_VALUES = _table()
+"""All values of a scene, in the order of files and of the reference."""
+HINGE_VALUES = tuple(name for name, value in SCENE_VALUES.items() if value.by_hinge)
+"""Values that single hinges may have of their own."""
+HARDWARE_VALUES = tuple(name for name, value in SCENE_VALUES.items() if value.section == HARDWARE_SECTION)
+"""Values of what is built."""
+Scene.__doc__ = "\n".join(
+    [
+        *(cleandoc(Scene.__doc__ or ""), "", "Parameters", "----------"),
+        *(f"{name}\n    {value.paragraph(value.unit)}" for name, value in SCENE_VALUES.items()),
+        *("", "Raises", "------", "SceneError\n    For invalid values."),
+    ]
+)
 
 SCENES = {
     scene.name: scene

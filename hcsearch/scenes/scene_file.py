@@ -1,21 +1,24 @@
-"""Scenes in TOML files, with the design or assembly that is deployed in them, and values from a command line."""
+"""Scenes in TOML files, with the design or assembly that is deployed in them, and values from a command line.
+
+All that files and their reference say of a value is its row of `SCENE_VALUES`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from hcsearch.basics.errors import SceneError
 from hcsearch.basics.vocabulary import FORMULATIONS
-from hcsearch.designs.panel_sizes import panel_text, read_panel
-from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, SCENES, Scene
-from hcsearch.scenes.values import MAX_SCENE_VALUE, read_scene_value, shown_value, with_table_points
+from hcsearch.designs.panel_sizes import PanelSize, default_panel, read_panel
+from hcsearch.scenes.laws import spring_law
+from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, SCENE_VALUES, SCENES, Scene
+from hcsearch.scenes.values import MAX_SCENE_VALUE, SceneValue, shown_value
 from hcsearch.system.reading import parse_toml, read_toml
 
-_IN_MILLIMETRES = {"panel_mm": "panel", "margin_mm": "margin"}
-_ON_TOP = ("flat_pairs", "held", "springs", "hinges", "releases")
+_ON_TOP = {value.key: value for value in SCENE_VALUES.values() if not value.section or value.is_table}
 _KINDS: dict[str, tuple[type, str]] = {
     "design": (str, "design = 'hex:0234550132:4'"),
     "assembly": (str, "assembly = 'unit-i'"),
@@ -43,12 +46,10 @@ def scene_with(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
     Values of single hinges that are not given stay. Names of spring files are relative to the current directory.
     """
-    names = {field.name for field in fields(Scene)} - {"name"}
-    changes: dict[str, Any] = {}
-    for key, value in values.items():
-        if key not in names:
-            raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(names))}")
-        changes[key] = read_scene_value(key, value)
+    for key in values:
+        if key not in SCENE_VALUES or key == "name":
+            raise SceneError(f"a scene has no {key!r}: it has {', '.join(sorted(SCENE_VALUES.keys() - {'name'}))}")
+    changes = {key: SCENE_VALUES[key].read(value) for key, value in values.items()}
     if "hinges" in changes:
         before, given = dict(scene.hinges), dict(changes["hinges"])
         merged = {hinge: dict(before.get(hinge, ())) | dict(given.get(hinge, ())) for hinge in before | given}
@@ -65,11 +66,12 @@ def read_scene_file(path: str) -> dict[str, Any]:
     used in pictures.
     Files named in laws are relative to the directory of this one and are replaced by their points.
     """
-    table = _checked(path, read_toml(path))
-    folder = Path(path).parent
-    table = with_table_points(table, folder)
-    if "scene" in table:
-        table["scene"] = with_table_points(table["scene"], folder)
+    table, folder = _checked(path, read_toml(path)), Path(path).parent
+    for part in (table, table.get("scene", {})):
+        if isinstance(part.get("spring"), str):
+            part["spring"] = spring_law(part["spring"], folder)
+        if isinstance(laws := part.get("springs"), dict):
+            laws |= {hinge: spring_law(law, folder) for hinge, law in laws.items() if isinstance(law, str)}
     return table
 
 
@@ -83,7 +85,7 @@ def read_scene_text(text: str, origin: str) -> dict[str, Any]:
 
 
 def _checked(path: str, table: dict[str, Any]) -> dict[str, Any]:
-    unknown = set(table) - {*_KINDS, *_ON_TOP, *_IN_MILLIMETRES}
+    unknown = set(table) - {*_KINDS, *_ON_TOP}
     if unknown:
         raise SceneError(f"{path} has the unknown key {shown_value(min(unknown))}: see docs/reference/scenes.md")
     if sum(key in table for key in SUBJECT_KEYS) > 1:
@@ -112,9 +114,7 @@ def scene_in(table: Mapping[str, Any], *, base: Scene | None = None, grid: str |
     """
     given = dict(table.get("scene", {}))
     name = given.pop("name", DEFAULT_SCENE_NAME)
-    values = given | {key: table[key] for key in _ON_TOP if key in table}
-    if "panel_mm" in table:
-        values["panel"] = table["panel_mm"]
+    values = given | {value.name: table[key] for key, value in _ON_TOP.items() if key in table and key != "name"}
     if isinstance(values.get("panel"), str):
         values["panel"] = read_panel(values["panel"], grid)
     if "margin_mm" in table:
@@ -136,28 +136,85 @@ def scene_file_text(facts: Mapping[str, Any], formulation: str | None, scene: Sc
     """
     import tomli_w  # noqa: PLC0415 - most of what reads scenes writes none
 
-    default = Scene()
-    values = {field.name: getattr(scene, field.name) for field in fields(Scene)}
-    changed = {key: value for key, value in values.items() if key != "name" and value != getattr(default, key)}
     table: dict[str, Any] = {key: value for key, value in facts.items() if not isinstance(value, Mapping)}
     if scene.name != DEFAULT_SCENE_NAME:
         table["name"] = scene.name
     if formulation is not None:
         table["formulation"] = formulation
-    if (panel := changed.pop("panel", None)) is not None:
-        table["panel_mm"] = panel_text(panel)
-    if "margin" in changed:
-        table["margin_mm"] = float(f"{1e3 * changed.pop('margin'):.10g}")
-    springs, releases = (dict(changed.pop(name, ())) for name in ("springs", "releases"))
-    hinges = {hinge: dict(given) for hinge, given in changed.pop("hinges", ())}
-    if "flat_pairs" in changed:
-        flat_pairs = changed.pop("flat_pairs")
-        table["flat_pairs"] = flat_pairs[0] if len(flat_pairs) == 1 else list(flat_pairs)
-    if "held" in changed:
-        table["held"] = changed.pop("held")
-    tables = {"parameters": facts.get("parameters", {}), "scene": changed, "springs": springs, "hinges": hinges}
-    tables["releases"] = releases
-    for title, entries in tables.items():
-        if entries:
-            table[title] = {key: list(value) if isinstance(value, tuple) else value for key, value in entries.items()}
-    return tomli_w.dumps(table)
+    tables: dict[str, Any] = {"parameters": facts.get("parameters", {}), "scene": {}}
+    for name in scene.changed():
+        value = SCENE_VALUES[name]
+        place = tables if value.is_table else tables["scene"] if value.section else table
+        place[value.key] = value.kind.write(getattr(scene, name))
+    return tomli_w.dumps(table | {title: entries for title, entries in tables.items() if entries})
+
+
+_HEAD = """\
+# A scene of hcsearch: all that a verdict depends on besides the folding. Each value below has its default.
+# Lines that begin with # are not read: remove the # to set such a value. docs/reference/scenes.md explains them all.
+# Numbers are in SI units, but for those whose names end in _mm.
+
+"""
+_OF_ONE_DESIGN = """
+# Of single hinges, by their numbers in pictures: for one design, as in hcsearch deploy 17:4 --scene FILE.toml.
+"""
+_PAGE_HEAD = """\
+# Values of a scene
+
+`make docs` writes this page from `hcsearch/scenes/scene.py`. [Files](scenes.md#files) have these values by these names,
+and functions of Python take them as keyword arguments, without `_mm`, in SI units.
+"""
+_COMMENT_COLUMN = 34
+
+
+def scene_template(panel: PanelSize | None = None, grid: str | None = None) -> str:
+    """Return the text of a scene file with all values of the scene `default`, as comments where these are not set.
+
+    panel : the size of the panels, m. grid : their grid, whose default size is shown where no panel is given.
+    """
+    parts, section = [_HEAD], ""
+    for value in SCENE_VALUES.values():
+        if value.name == "panel":
+            value = replace(value, default=panel, example=None if panel else default_panel(grid or "hex"))  # noqa: PLW2901
+        if value.section != section:
+            parts.append(f"# {value.section}\n" if section else f"\n[scene]\n# {value.section}\n")
+            section = value.section
+        if not value.is_table:
+            parts.append(_line(value))
+    parts.append(_OF_ONE_DESIGN)
+    for value in SCENE_VALUES.values():
+        if value.is_table:
+            lines = [f"# {hinge} = {_written(own)}\n" for hinge, own in value.example.items()]
+            parts += [f"# [{value.name}]\n", *lines]
+    return "".join(parts)
+
+
+def _line(value: SceneValue) -> str:
+    """Return the line of a value, a comment where it has an example."""
+    is_open = value.example is not None
+    shown = value.kind.write(value.example if is_open else value.default)
+    unset = f"; unless given, {value.unset}" if is_open and value.unset else ""
+    words = ", ".join(filter(None, ("mm" if value.in_mm else value.unit, value.meaning)))
+    assignment = f"{'# ' if is_open else ''}{value.key} = {_written(shown)}"
+    return f"{assignment:{_COMMENT_COLUMN}}# {words}{unset}\n"
+
+
+def _written(value: Any) -> str:
+    """Return a value as TOML writes it in a line."""
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {_written(own)}' for key, own in value.items())} }}"
+    return f'"{value}"' if isinstance(value, str) else str(value)
+
+
+def values_page() -> str:
+    """Return the Markdown page of all values, with a table for each section."""
+    parts, section = [_PAGE_HEAD], None
+    for value in SCENE_VALUES.values():
+        if value.section != section:
+            title = value.section or "On top of a file"
+            parts.append(f"\n## {title}\n\n| value | unit | default | meaning |\n|---|---|---|---|\n")
+            section = value.section
+        default = "" if value.default is None or value.is_table else f"`{_written(value.kind.write(value.default))}`"
+        key, unit = f"[{value.name}]" if value.is_table else value.key, "mm" if value.in_mm else value.unit
+        parts.append(f"| `{key}` | {unit} | {default} | {value.paragraph('')} |\n")
+    return "".join(parts)

@@ -1,4 +1,4 @@
-"""Setups: scenes evaluated for a linkage, with all values set.
+"""Setups: scenes evaluated for a linkage, with all values set, those of the hardware as built included.
 
 Times, lengths and springs that a scene leaves unset are those of the scene `default` (panels of 50 mm, 6 mm thick,
 springs of 0.1 N m/rad), scaled by dimensional analysis: angles follow J phi'' = -k phi, so times are proportional to
@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,10 +20,9 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.collision.panel_prisms import REFERENCE_EDGE_LENGTH, margin_of, scale_of
-from hcsearch.scenes.hardware import hinge_values, own_hinge_values
 from hcsearch.scenes.laws import Law, law_named, linear_law
 from hcsearch.scenes.releases import release_named
-from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, SCENES, Scene, SceneVector
+from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, HINGE_VALUES, SCENE_VALUES, SCENES, CraftBox, Scene, SceneVector
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import facet_area
@@ -59,10 +59,9 @@ class Setup:
     laws : of all hinges. spring_range : softest and stiffest spring that is tried or tuned, N m/rad.
     damping_time : s, and damping : N m s/rad, of all hinges; each has its damping plus its time times the mean
     stiffness of its law.
-    gravity : m/s^2. drag : density of the air times drag coefficient, kg/m^3. held : the fixed panel, or the one that
-    belongs to the floating base, if the array is `free`. start : share of the folded angles at the start. seconds : the
-    simulated time. resistance : of all hinges, friction and harness together, N m. hold_downs : of hinges.
-    The rest is as in `Scene`.
+    held : the fixed panel, or the one that belongs to the floating base, if the array is `free`. seconds : the
+    simulated time. friction, harness, latch_stiffness, stop_tolerance, play : of all hinges. root : the panel at which
+    the flat array is mounted; None for a free one. hold_downs : of hinges. The rest is as in `Scene`.
     """
 
     name: str
@@ -85,8 +84,26 @@ class Setup:
     stop_damping: float
     cut_stiffness: float
     cut_damping: float
-    resistance: tuple[float, ...]
+    friction: tuple[float, ...]
+    harness: tuple[float, ...]
+    latch_stiffness: tuple[float, ...]
+    stop_tolerance: tuple[float, ...]
+    play: tuple[float, ...]
+    thickness_tolerance: float
+    offset_tolerance: float
+    root: int | None
+    craft: tuple[CraftBox, ...]
+    envelope: str
     hold_downs: tuple[HoldDown, ...] = ()
+
+    @cached_property
+    def resistance(self) -> tuple[float, ...]:
+        """The torque with which each hinge resists, friction and harness together, N m."""
+        return tuple(self.weighted_resistance(1.0).tolist())
+
+    def weighted_resistance(self, harness: float) -> Reals:
+        """Return the friction of hinges and a factor of their harness together, (n_hinges,), N m."""
+        return np.array(self.friction) + harness * np.array(self.harness)
 
     def damping_of(self, hinge: int, law: Law) -> float:
         """Return the damping of a hinge with a law, N m s/rad."""
@@ -111,16 +128,20 @@ class Setup:
         return hinges
 
     def of_congruent(self, linkage: Linkage) -> Setup:
-        """Return the setup of the congruent linkage of a linkage, with its panels, hinges and directions."""
+        """Return the setup of the congruent linkage of a linkage, with its panels, hinges and directions.
+
+        The craft is left out, as it stands at the root of the linkage alone.
+        """
         congruent = linkage.twin
         if congruent is None:
             return self
         order = np.argsort(congruent.hinges).tolist()
-        names = ("laws", "damping_time", "damping", "resistance")
-        of_hinges: dict[str, Any] = {name: tuple(getattr(self, name)[hinge] for hinge in order) for name in names}
-        held, gravity = congruent.panels[self.held], _turned(linkage, self.gravity)
-        hold_downs = tuple(hold_down.moved(congruent.hinges) for hold_down in self.hold_downs)
-        return replace(self, held=held, gravity=gravity, hold_downs=hold_downs, **of_hinges)
+        names = ("laws", "damping_time", *HINGE_VALUES)
+        moved: dict[str, Any] = {name: tuple(getattr(self, name)[hinge] for hinge in order) for name in names}
+        moved |= {"held": congruent.panels[self.held], "gravity": _turned(linkage, self.gravity), "craft": ()}
+        moved["root"] = None if self.root is None else congruent.panels[self.root]
+        moved["hold_downs"] = tuple(hold_down.moved(congruent.hinges) for hold_down in self.hold_downs)
+        return replace(self, **moved)
 
 
 def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
@@ -132,34 +153,27 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
     """
     if isinstance(scene, Setup):
         return scene
-    of_single = scene.springs or scene.hinges or scene.releases
-    labels = None if scene.held in ("bottom", "free") and not of_single else labels_of(linkage)
+    labels = labels_of(linkage)
     # values derived from the panels are those of the congruent linkage, as sums in another order round differently
     standard = linkage if linkage.twin is None else linkage.twin.linkage
-    damping_time, damping = _dampers(scene, linkage)
+    values: dict[str, Any] = {name: getattr(scene, name) for name in _SAME}
+    values |= {name: _at_hinges(scene, labels, name) for name in HINGE_VALUES if name != "damping"}
+    values["damping_time"], values["damping"] = _dampers(scene, labels)
+    held = linkage.base if scene.held in ("bottom", "free") else labels.panel(scene.held)
+    roots = {"free": None, "held": None if scene.held == "free" else held}
     setup = Setup(
-        name=scene.name,
-        density=scene.density_of(standard.pattern.thickness),
-        margin=float(f"{margin_of(standard):.10g}") if scene.margin is None else scene.margin,
-        laws=_laws(scene, linkage, labels),
-        spring_range=scene.spring_range or (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
-        damping_time=damping_time,
-        damping=damping,
-        gravity=scene.gravity,
-        drag=scene.drag,
-        held=linkage.base if labels is None or scene.held in ("bottom", "free") else labels.panel(scene.held),
-        free=scene.held == "free",
-        base_mass=scene.base_mass,
-        base_inertia=scene.base_inertia,
-        start=scene.start,
-        restitution=scene.restitution,
-        seconds=scene.seconds or DEFAULT_SCENE_SECONDS,
-        stop_stiffness=scene.stop_stiffness,
-        stop_damping=scene.stop_damping,
-        cut_stiffness=scene.cut_stiffness,
-        cut_damping=scene.cut_damping,
-        resistance=_resistance(scene, linkage),
-        hold_downs=_hold_downs(scene, labels),
+        **values
+        | {
+            "density": scene.density_of(standard.pattern.thickness),
+            "margin": float(f"{margin_of(standard):.10g}") if scene.margin is None else scene.margin,
+            "laws": _laws(scene, labels),
+            "spring_range": scene.spring_range or (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
+            "held": held,
+            "free": scene.held == "free",
+            "seconds": scene.seconds or DEFAULT_SCENE_SECONDS,
+            "root": roots[scene.root] if scene.root in roots else labels.panel(scene.root),
+            "hold_downs": _hold_downs(scene, labels),
+        }
     )
     seconds, scale = _scales(setup, linkage)
     return replace(
@@ -167,6 +181,30 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
         spring_range=scene.spring_range or (_short(MIN_SPRING_STIFFNESS * scale), _short(MAX_SPRING_STIFFNESS * scale)),
         seconds=_natural(setup, seconds) if scene.seconds is None else scene.seconds,
     )
+
+
+_SAME = tuple(field.name for field in fields(Setup) if field.name in SCENE_VALUES and field.name not in HINGE_VALUES)
+"""Values that a setup has of its scene, unless they are evaluated."""
+
+
+def _at_hinges(scene: Scene, labels: Labels, name: str) -> tuple[float, ...]:
+    """Return a value at all hinges: that of the scene, or their own.
+
+    HcsearchError where the scene names a hinge that the linkage does not have, or one hinge by two names with different
+    values.
+    """
+    own = _own_values(scene, labels, name)
+    return tuple(own.get(hinge, getattr(scene, name)) for hinge in range(len(labels.hinges)))
+
+
+def _own_values(scene: Scene, labels: Labels, name: str) -> dict[int, float]:
+    """Return the values of single hinges by hinge; errors as above."""
+    given: dict[int, float] = {}
+    for label, own in scene.hinges:
+        hinge, value = labels.hinge(label), dict(own).get(name)
+        if value is not None and given.setdefault(hinge, value) != value:
+            raise HcsearchError(f"hinge {labels.hinges[hinge]} is given two values of {name}: leave one out")
+    return given
 
 
 def _natural(setup: Setup, seconds: float) -> float:
@@ -247,16 +285,20 @@ def with_dampings(setup: Setup, dampings: Sequence[float] | Reals) -> Setup:
     return replace(setup, damping_time=tuple(d[0] for d in dampers), damping=tuple(d[1] for d in dampers))
 
 
-def _laws(scene: Scene, linkage: Linkage, labels: Labels | None) -> tuple[Law, ...]:
+def with_resistance(setup: Setup, torque: float) -> Setup:
+    """Return a setup in which each hinge resists with a torque of friction, N m, and no harness does."""
+    none = (0.0,) * len(setup.laws)
+    return replace(setup, friction=(torque,) * len(none), harness=none)
+
+
+def _laws(scene: Scene, labels: Labels) -> tuple[Law, ...]:
     """Parse the laws of all hinges; HcsearchError where two names of one hinge have different laws."""
-    laws: list[str | None] = [None] * linkage.n_hinges
+    laws: dict[int, str] = {}
     for name, law in scene.springs:
-        assert labels is not None
         hinge = labels.hinge(name)
-        if laws[hinge] not in (None, law):
+        if laws.setdefault(hinge, law) != law:
             raise HcsearchError(f"hinge {labels.hinges[hinge]} is given two springs: leave one out")
-        laws[hinge] = law
-    return tuple(law_named(scene.spring if law is None else law) for law in laws)
+    return tuple(law_named(laws.get(hinge, scene.spring)) for hinge in range(len(labels.hinges)))
 
 
 def _plain_damper(scene: Scene) -> tuple[float, float]:
@@ -264,19 +306,18 @@ def _plain_damper(scene: Scene) -> tuple[float, float]:
     return (scene.damping_time, 0.0) if scene.damping is None else (0.0, scene.damping)
 
 
-def _dampers(scene: Scene, linkage: Linkage) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _dampers(scene: Scene, labels: Labels) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the damping over stiffness and the damping of all hinges."""
-    dampers = [_plain_damper(scene)] * linkage.n_hinges
-    for hinge, damping in own_hinge_values(scene, linkage, "damping").items():
+    dampers = [_plain_damper(scene)] * len(labels.hinges)
+    for hinge, damping in _own_values(scene, labels, "damping").items():
         dampers[hinge] = 0.0, damping
     return tuple(time for time, _ in dampers), tuple(damping for _, damping in dampers)
 
 
-def _hold_downs(scene: Scene, labels: Labels | None) -> tuple[HoldDown, ...]:
+def _hold_downs(scene: Scene, labels: Labels) -> tuple[HoldDown, ...]:
     """Return the hold-downs of all hinges; HcsearchError where a hinge has two, or waits for itself."""
     hold_downs: dict[int, HoldDown] = {}
     for name, text in scene.releases:
-        assert labels is not None
         release, hinge = release_named(text), labels.hinge(name)
         after = -1 if release.hinge is None else labels.hinge(release.hinge)
         if hinge in hold_downs or after == hinge:
@@ -284,11 +325,6 @@ def _hold_downs(scene: Scene, labels: Labels | None) -> tuple[HoldDown, ...]:
             raise HcsearchError(f"hinge {labels.hinges[hinge]} {what}")
         hold_downs[hinge] = HoldDown(hinge, -1.0 if release.time is None else release.time, after, release.angle)
     return tuple(hold_downs[hinge] for hinge in sorted(hold_downs))
-
-
-def _resistance(scene: Scene, linkage: Linkage) -> tuple[float, ...]:
-    friction, harness = (hinge_values(scene, linkage, name) for name in ("friction", "harness"))
-    return tuple((friction + harness).tolist())
 
 
 def _turned(linkage: Linkage, gravity: SceneVector) -> SceneVector:

@@ -1,105 +1,106 @@
-"""Values of a scene: their types and limits, and their parsing from files and command lines."""
+"""The table of a scene's values: what each one is, and how kinds of them are read and written."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from numbers import Real
 from pathlib import Path
 from typing import Any
 
 from hcsearch.basics.errors import SceneError, wrong_kind_message
 from hcsearch.basics.vocabulary import WAYS, Way
-from hcsearch.designs.panel_sizes import MAX_PANEL_LENGTH, MIN_PANEL_LENGTH, read_panel
-from hcsearch.scenes.releases import release_named
-
-Reader = Callable[[str, Any], Any]
+from hcsearch.designs.panel_sizes import MAX_PANEL_LENGTH, MIN_PANEL_LENGTH, panel_text, read_panel
 
 MAX_SCENE_VALUE = 1e12
 """Greatest value of all numbers of a scene except shares."""
-HARDWARE_VALUES = ("friction", "harness", "latch_stiffness", "stop_tolerance", "play")
-"""Values of the hardware of hinges."""
-HINGE_VALUES = ("damping", *HARDWARE_VALUES)
-"""Values that single hinges may have of their own."""
-_ABOVE, _SHARE = (1e-9, MAX_SCENE_VALUE), (0.0, 1.0)
-_SMALL_ANGLE, _SMALL_LENGTH = (0.0, 0.1), (0.0, 0.1 * MAX_PANEL_LENGTH)
-_LIMITS = {
-    "density": _ABOVE,
-    "areal_mass": _ABOVE,
-    "seconds": _ABOVE,
-    "start": _SHARE,
-    "restitution": _SHARE,
-    "stop_tolerance": _SMALL_ANGLE,
-    "play": _SMALL_ANGLE,
-    "thickness_tolerance": _SMALL_LENGTH,
-    "offset_tolerance": _SMALL_LENGTH,
-}
-"""Least and greatest value of numbers with limits other than 0 and `MAX_SCENE_VALUE`."""
 
 
-def checked_scene_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Check values of a scene constructed in Python; SceneError for invalid ones.
+@dataclass(frozen=True)
+class ValueKind:
+    """A kind of values: how one is read and written.
 
-    Names of files in laws, relative to the current directory, are replaced by the points of the files.
+    read : one by the name of the value; TypeError, ValueError or OverflowError for what is none. remedy : what to
+    write, in messages. types : what Python may give, and made : what else to give, in messages; files and command lines
+    may give others, too. write : one as files hold it.
     """
-    read: dict[str, Any] = {}
-    for name, value in values.items():
-        if name in _AS_MADE:
-            is_right, expected = _AS_MADE[name]
-            if not is_right(value):
-                raise SceneError(wrong_kind_message(name, value, expected))
-        elif name not in _READERS and not isinstance(value, Real):
-            raise SceneError(wrong_kind_message(name, value, "a number"))
-        read[name] = value if name == "name" else read_scene_value(name, value)
-    return with_table_points(read, Path())
+
+    read: Callable[[str, Any], Any]
+    remedy: str
+    types: tuple[type, ...] = (object,)
+    made: str = ""
+    write: Callable[[Any], Any] = lambda value: list(value) if isinstance(value, tuple) else value
 
 
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
+@dataclass(frozen=True)
+class SceneValue:
+    """A value of a scene: a row of the table that `Scene` is.
 
+    unit : in SI; empty without one. meaning : a phrase, for files, help and the reference. more : sentences for the
+    reference alone. unset : what holds where the value is not given, if it is not the default. example : shown in files
+    to start from in place of the default. section : of files and of the reference; empty on top of a file. by_hinge :
+    whether single hinges may have their own. in_mm : whether files give it in mm. option : the commands that have one,
+    those with `loads`, `springs` or a `time`, and its metavar.
+    """
 
-def _is_name(value: Any) -> bool:
-    return isinstance(value, (int, str))
+    unit: str
+    meaning: str
+    kind: ValueKind
+    default: Any
+    name: str = ""
+    more: str = ""
+    unset: str = ""
+    example: Any = None
+    section: str = ""
+    by_hinge: bool = False
+    in_mm: bool = False
+    option: tuple[str, str] = ("", "")
 
+    @property
+    def key(self) -> str:
+        """The key in a file."""
+        return f"{self.name}_mm" if self.in_mm else self.name
 
-def _is_size(value: Any) -> bool:
-    return isinstance(value, tuple) and len(value) == 3 and all(
-        isinstance(length, (int, float)) and MIN_PANEL_LENGTH <= length <= MAX_PANEL_LENGTH for length in value
-    )  # fmt: skip
+    @property
+    def is_number(self) -> bool:
+        """Whether it is one number."""
+        return isinstance(self.default, float) or isinstance(self.example, float)
 
+    @property
+    def is_table(self) -> bool:
+        """Whether files give it as a table by hinge."""
+        return isinstance(self.example, dict)
 
-def _by_hinge(kind: type) -> Callable[[Any], bool]:
-    def is_by_hinge(value: Any) -> bool:
-        return isinstance(value, tuple) and all(
-            isinstance(pair, tuple) and len(pair) == 2 and isinstance(pair[0], (int, str)) and isinstance(pair[1], kind)
-            for pair in value
-        )
+    @property
+    def help(self) -> str:
+        """The help of its option."""
+        default = f"{self.default:g}" if self.is_number and not self.unset else self.unset or self.default
+        return f"{self.sentence(self.unit)}  [default: {default}]"
 
-    return is_by_hinge
+    def sentence(self, unit: str) -> str:
+        """Return the meaning with a unit."""
+        return f"{self.meaning[0].upper()}{self.meaning[1:]}{f', {unit}' if unit else ''}."
 
+    def paragraph(self, unit: str) -> str:
+        """Return all that the reference says, with a unit."""
+        unset = f"Unless given: {self.unset}." if self.unset else ""
+        return " ".join(filter(None, (self.sentence(unit), unset, self.more)))
 
-_AS_MADE: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "name": (_is_text, "a text, such as 'solar'"),
-    "panel": (_is_size, "length, width and thickness in m, such as (0.05, 0.05, 0.006)"),
-    "springs": (_by_hinge(str), "pairs of a hinge and its law, such as (('7', 'linear:0.2'),)"),
-    "releases": (_by_hinge(str), "pairs of a hinge and its release, such as (('7', '0.5 s'),)"),
-    "hinges": (_by_hinge(tuple), "pairs of a hinge and its values, such as (('7', (('friction', 0.02),)),)"),
-    "held": (_is_name, "'bottom', 'free', or the name of a panel, such as '3'"),
-    "root": (_is_name, "'held', 'free', or the name of a panel, such as '3'"),
-    "envelope": (_is_text, "a name such as '3U', or three lengths in mm such as '100x100x340'"),
-}
-"""Values of a scene whose types in Python differ from those in files: the check, and the expected type."""
+    def read(self, value: Any) -> Any:
+        """Parse a value; SceneError where it is of another type or out of range."""
+        try:
+            return self.kind.read(self.name, value)
+        except (TypeError, ValueError, OverflowError) as error:
+            if isinstance(error, SceneError):
+                raise
+            raise SceneError(f"{self.name} cannot be {shown_value(value)}: {self.kind.remedy}") from error
 
-
-def read_scene_value(key: str, value: Any) -> Any:
-    """Parse one value of a scene; SceneError where it is of another type or out of range."""
-    read: Reader = _READERS.get(key, _number)
-    try:
-        return read(key, value)
-    except (TypeError, ValueError, OverflowError) as error:
-        if isinstance(error, SceneError):
-            raise
-        example = _EXAMPLES.get(key) or _from_to(*_LIMITS.get(key, (0.0, MAX_SCENE_VALUE)))
-        raise SceneError(f"{key} cannot be {shown_value(value)}: {example}") from error
+    def checked(self, value: Any) -> Any:
+        """Parse a value that Python gives; SceneError as above."""
+        if not isinstance(value, self.kind.types):
+            raise SceneError(wrong_kind_message(self.name, value, self.kind.made))
+        return self.read(value)
 
 
 def shown_value(value: Any) -> str:
@@ -108,112 +109,98 @@ def shown_value(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-def _from_to(low: float, high: float) -> str:
-    return f"give a number from {low:g} to {high:g}"
+def _refused(key: str, value: Any, low: float) -> SceneError:
+    return SceneError(f"{key} cannot be {shown_value(value)}: give numbers from {low:g} to {MAX_SCENE_VALUE:g}")
 
 
-def _number(key: str, value: Any) -> float:
-    if isinstance(value, bool):
-        raise ValueError
-    low, high = _LIMITS.get(key, (0.0, MAX_SCENE_VALUE))
-    if not low <= float(value) <= high:
-        raise ValueError
-    return float(value)
+def _number(low: float = 0.0, high: float = MAX_SCENE_VALUE) -> ValueKind:
+    """Return the kind of numbers between limits."""
 
-
-def _vector(key: str, value: Any) -> tuple[float, ...]:
-    parts = value.split(",") if isinstance(value, str) else value
-    x, y, z = (float(number) for number in parts)
-    _check_limits(key, value, (x, y, z), 0.0 if key == "base_inertia" else -MAX_SCENE_VALUE)
-    return (x, y, z)
-
-
-def _range(key: str, value: Any) -> tuple[float, float]:
-    parts = value.split(",") if isinstance(value, str) else value
-    low, high = (float(number) for number in parts)
-    _check_limits(key, value, (low, high), 0.0)
-    if not 0.0 < low < high:
-        raise ValueError
-    return (low, high)
-
-
-def _check_limits(key: str, value: Any, numbers: tuple[float, ...], low: float) -> None:
-    if not all(low <= number <= MAX_SCENE_VALUE for number in numbers):
-        raise SceneError(f"{key} cannot be {shown_value(value)}: give numbers from {low:g} to {MAX_SCENE_VALUE:g}")
-
-
-def _springs(key: str, value: Any) -> tuple[tuple[str, str], ...]:
-    texts: dict[str, str] = {}
-    for hinge, text in dict(value).items():
-        if not isinstance(text, str):
+    def read(_key: str, value: Any) -> float:
+        if isinstance(value, bool) or not low <= float(value) <= high:
             raise ValueError
-        name = _name(str(hinge))
-        if name in texts:
-            raise SceneError(f"{key} names hinge {name} twice: leave one out")
-        texts[name] = text
-    return tuple(texts.items())
+        return float(value)
+
+    remedy = f"give a number from {low:g} to {high:g}"
+    return ValueKind(read, remedy, (Real,), "a number")
 
 
-def _releases(key: str, value: Any) -> tuple[tuple[str, str], ...]:
-    releases = _springs(key, value)
-    for _, text in releases:
-        release_named(text)  # refuses what is no release
-    return releases
+def numbers(count: int, remedy: str, low: float = -MAX_SCENE_VALUE, *, rising: bool = False) -> ValueKind:
+    """Return the kind of several numbers, a list or a text; rising : whether they are positive, each above the last."""
 
-
-def _hinges(_key: str, value: Any) -> tuple[tuple[str, tuple[tuple[str, float], ...]], ...]:
-    hinges: dict[str, tuple[tuple[str, float], ...]] = {}
-    for hinge, given in dict(value).items():
-        name = _name(str(hinge))
-        if name in hinges:
-            raise SceneError(f"hinges names hinge {name} twice: leave one out")
-        values = dict(given)
-        for key in values:
-            if key not in HINGE_VALUES:
-                raise SceneError(f"hinge {name} has no {key!r}: it has {', '.join(HINGE_VALUES)}")
-        hinges[name] = tuple((key, read_scene_value(key, number)) for key, number in values.items())
-    return tuple(hinges.items())
-
-
-def _craft(key: str, value: Any) -> tuple[tuple[float, ...], ...]:
-    boxes = []
-    for box in value:
-        numbers = tuple(float(number) for number in box)
-        if len(numbers) != 6 or isinstance(box, str):
+    def read(key: str, value: Any) -> tuple[float, ...]:
+        parts = tuple(float(part) for part in (value.split(",") if isinstance(value, str) else value))
+        if len(parts) != count:
             raise ValueError
-        _check_limits(key, box, numbers[:3], -MAX_SCENE_VALUE)
-        _check_limits(key, box, numbers[3:], 0.0)
-        boxes.append(numbers)
-    return tuple(boxes)
+        if not all(low <= part <= MAX_SCENE_VALUE for part in parts):
+            raise _refused(key, value, low)
+        if rising and not all(before < after for before, after in pairwise((0.0, *parts))):
+            raise ValueError
+        return parts
+
+    return ValueKind(read, remedy)
 
 
-def _name(text: str) -> str:
+def panel_or(*words: str) -> ValueKind:
+    """Return the kind of names of panels, with words in their place."""
+
+    def read(_key: str, value: Any) -> str:
+        if isinstance(value, bool):
+            raise ValueError
+        return str(value) if value in words else _label(value)
+
+    remedy = f"give {', '.join(words)}, or the number of a panel"
+    made = f"{', '.join(map(repr, words))}, or the name of a panel, such as '3'"
+    return ValueKind(read, remedy, (int, str), made)
+
+
+def by_hinge(read: Callable[[str, Any], Any], remedy: str, made: str, write: Callable[[Any], Any]) -> ValueKind:
+    """Return the kind of tables by hinge; read : one entry, for the name of its hinge."""
+
+    def read_all(key: str, value: Any) -> tuple[tuple[str, Any], ...]:
+        entries: dict[str, Any] = {}
+        for hinge, own in dict(value).items():
+            name = _label(hinge)
+            if name in entries:
+                raise SceneError(f"{key} names hinge {name} twice: leave one out")
+            entries[name] = read(name, own)
+        return tuple(entries.items())
+
+    return ValueKind(read_all, remedy, (tuple,), f"pairs of a hinge and its {made}", write)
+
+
+def _label(name: int | str) -> str:
     """Parse the name of a panel or hinge, removing leading zeros."""
     from hcsearch.shape.labels import is_label  # noqa: PLC0415 - loads kernels, which scenes of the program do without
 
-    if not is_label(text):
+    if not is_label(str(name)):
         raise ValueError
-    return "+".join(str(int(part)) for part in text.split("+"))
+    return "+".join(str(int(part)) for part in str(name).split("+"))
 
 
-def _panel_or(*words: str) -> Reader:
-    """Return the reader of a panel's name, or one of some words in its place."""
-
-    def read(_key: str, value: Any) -> str:
-        if isinstance(value, bool) or not isinstance(value, (str, int)):
-            raise ValueError
-        return str(value) if value in words else _name(str(value))
-
-    return read
-
-
-def _text(_key: str, value: Any) -> str:
+def read_text(_key: str, value: Any) -> str:
+    """Return a text; ValueError for what is none."""
     if not isinstance(value, str):
         raise ValueError
     return value
 
 
-def _flat_pairs(_key: str, value: Any) -> tuple[Way, ...]:
+def read_law(key: str, value: Any) -> str:
+    """Parse a law, with the points of a table in place of the name of its file, relative to the current directory."""
+    from hcsearch.scenes.laws import spring_law  # noqa: PLC0415 - as above
+
+    return spring_law(read_text(key, value), Path())
+
+
+def read_release(key: str, value: Any) -> str:
+    """Parse when a hinge is released; SceneError for what is no release."""
+    from hcsearch.scenes.releases import release_named  # noqa: PLC0415 - as above
+
+    release_named(read_text(key, value))
+    return str(value)
+
+
+def _read_ways(_key: str, value: Any) -> tuple[Way, ...]:
     if value == "either":
         return WAYS
     ways = (value,) if isinstance(value, str) else tuple(value)
@@ -222,68 +209,52 @@ def _flat_pairs(_key: str, value: Any) -> tuple[Way, ...]:
     return ways
 
 
-def _panel(_key: str, value: Any) -> Any:
+def _written_ways(ways: tuple[Way, ...]) -> str | list[str]:
+    return "either" if ways == WAYS else ways[0] if len(ways) == 1 else list(ways)
+
+
+def _read_size(_key: str, value: Any) -> Any:
     if isinstance(value, str):
         return read_panel(value)
-    if not _is_size(value):
+    length, width, thickness = value
+    if not all(MIN_PANEL_LENGTH <= side <= MAX_PANEL_LENGTH for side in (length, width, thickness)):
         raise ValueError
-    return value
+    return (length, width, thickness)
 
 
-_READERS: dict[str, Reader] = {
-    "panel": _panel,
-    "flat_pairs": _flat_pairs,
-    "spring": _text,
-    "springs": _springs,
-    "releases": _releases,
-    "spring_range": _range,
-    "gravity": _vector,
-    "base_inertia": _vector,
-    "held": _panel_or("bottom", "free"),
-    "hinges": _hinges,
-    "root": _panel_or("held", "free"),
-    "craft": _craft,
-    "envelope": _text,
-}
-_EXAMPLES = {
-    "panel": "write panel_mm = '50x50x6'",
-    "flat_pairs": "write 'rigid', 'hinged', 'merged' or 'either', or a list of ways in the order of trial",
-    "spring": "write a law, such as 'linear:0.1'",
-    "springs": "write { 3 = 'linear:0.2' }, a law for each hinge",
-    "releases": "write { 3 = '0.5 s' }, or { 3 = 'hinge 7 at 0.2 rad' }, a release for each hinge",
-    "spring_range": "give the softest and the stiffest, N m/rad, such as 0.001,0.2",
-    "gravity": "give x,y,z in m/s^2, such as 0,0,-9.81",
-    "base_inertia": "give three moments of inertia, kg m^2, such as 0.0067,0.0067,0.0067",
-    "held": "give bottom, free, or the number of a panel",
-    "hinges": "write { 3 = { friction = 0.02 } }, the values of each hinge",
-    "root": "give held, free, or the number of a panel",
-    "craft": "write [[x, y, z, length, width, height]] in m, a list of boxes",
-    "envelope": "write '3U', or three lengths in mm such as '100x100x340'",
-}
+def _read_boxes(key: str, value: Any) -> tuple[tuple[float, ...], ...]:
+    boxes = []
+    for box in value:
+        parts = tuple(float(part) for part in box)
+        if len(parts) != 6 or isinstance(box, str):
+            raise ValueError
+        for low, some in ((-MAX_SCENE_VALUE, parts[:3]), (0.0, parts[3:])):
+            if not all(low <= part <= MAX_SCENE_VALUE for part in some):
+                raise _refused(key, box, low)
+        boxes.append(parts)
+    return tuple(boxes)
 
 
-def with_table_points(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Replace names of files in laws, relative to a directory, by the points of the files; keep all other values."""
-    changed = dict(values)
-    if isinstance(changed.get("spring"), str):
-        changed["spring"] = _law_with_points(changed["spring"], folder)
-    if "springs" in changed:
-        changed["springs"] = _springs_with_points(changed["springs"], folder)
-    return changed
-
-
-def _springs_with_points(springs: Any, folder: Path) -> Any:
-    try:
-        laws = dict(springs)
-    except (TypeError, ValueError):
-        return springs
-    laws = {hinge: _law_with_points(law, folder) if isinstance(law, str) else law for hinge, law in laws.items()}
-    return laws if isinstance(springs, Mapping) else tuple(laws.items())
-
-
-def _law_with_points(law: str, folder: Path) -> str:
-    from hcsearch.scenes.laws import law_named, spring_law  # noqa: PLC0415 - as above
-
-    text = spring_law(law, folder)
-    law_named(text)  # refuses what is no law
-    return text
+POSITIVE, AMOUNT, FRACTION = _number(1e-9), _number(), _number(0.0, 1.0)
+SMALL_ANGLE, SMALL_LENGTH = _number(0.0, 0.1), _number(0.0, 0.1 * MAX_PANEL_LENGTH)
+LENGTH_IN_MM = replace(AMOUNT, write=lambda value: float(f"{1e3 * value:.10g}"))
+NAME = ValueKind(read_text, "", (str,), "a text, such as 'solar'")
+LAW = ValueKind(read_law, "write a law, such as 'linear:0.1'")
+JOININGS = ValueKind(
+    _read_ways,
+    "write 'rigid', 'hinged', 'merged' or 'either', or a list of ways in the order of trial",
+    write=_written_ways,
+)
+SIZE = ValueKind(
+    _read_size,
+    "write panel_mm = '50x50x6'",
+    (tuple,),
+    "length, width and thickness in m, such as (0.05, 0.05, 0.006)",
+    panel_text,
+)
+BOXES = ValueKind(_read_boxes, "write [[x, y, z, length, width, height]] in m, a list of boxes")
+ENVELOPE = replace(
+    NAME,
+    remedy="write '3U', or three lengths in mm such as '100x100x340'",
+    made="a name such as '3U', or three lengths in mm such as '100x100x340'",
+)

@@ -1,7 +1,7 @@
-"""Files of this repository that are generated from the schema and the table of columns.
+"""Files of this repository that are generated from the schema and the tables of columns and of values of a scene.
 
 `python -m hcsearch.store.generated schema` writes `db/schema.sql` to standard output, `datasette` writes
-`db/datasette.json`, and `columns` writes `docs/reference/columns.md`.
+`db/datasette.json`, `columns` and `scene_values` write pages of `docs/reference`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import sys
 
 from sqlalchemy import create_engine
 
+from hcsearch.scenes.scene_file import values_page
 from hcsearch.store.columns import VIEWS
 from hcsearch.store.migrate import upgrade_schema
 from hcsearch.store.quantity import Quantity
@@ -79,7 +80,7 @@ def _row(quantity: Quantity) -> str:
     return f"| `{quantity.name}` | {_KINDS[quantity.kind]} | {quantity.unit} | {meaning.replace('|', chr(92) + '|')} |"
 
 
-_WRITERS = {"schema": schema_sql, "datasette": datasette_json, "columns": columns_page}
+_WRITERS = {"schema": schema_sql, "datasette": datasette_json, "columns": columns_page, "scene_values": values_page}
 
 if __name__ == "__main__":
     sys.stdout.write(_WRITERS[sys.argv[1]]())

@@ -292,7 +292,7 @@ class Case(ABC):
         deployment = simulate_deployment(self.linkage, self.setup)
         reason = deployment.check.reason(self.labels) if deployment.outcome == "flat" else deployment.sentence
         if deployment.deploys:
-            travel = travel_of_deployment(deployment, self.scene)
+            travel = travel_of_deployment(deployment)
             return MovedCase(travel, self.joined_scene, f"springs, {self.sentence or reason}")
         return f"springs do not open it ({reason}); "
 

@@ -85,7 +85,7 @@ def test_the_friction_that_just_holds_an_array_is_that_of_the_linear_program(nam
 
     def compiled(factor):
         resistance = tuple((factor * friction).tolist())
-        return compile_scene(linkage, replace(setup, resistance=resistance), keep=frozenset({"stops"}))
+        return compile_scene(linkage, replace(setup, friction=resistance), keep=frozenset({"stops"}))
 
     first = compiled(0.0)
     angles, _ = first.of_hinges(first.start[None], np.zeros((1, len(first.start))))
@@ -177,9 +177,9 @@ def test_unequal_friction_of_mirror_hinges_needs_the_whole_array():
     linkage = linkage_named("thesis-4x4")
     setup = setup_of_scene(DEFAULT, linkage)
     friction = [0.01] * linkage.n_hinges
-    assert compile_scene(linkage, replace(setup, resistance=tuple(friction))).factor == 2.0
+    assert compile_scene(linkage, replace(setup, friction=tuple(friction))).factor == 2.0
     friction[2] = 0.02
-    assert compile_scene(linkage, replace(setup, resistance=tuple(friction))).factor == 1.0
+    assert compile_scene(linkage, replace(setup, friction=tuple(friction))).factor == 1.0
 
 
 def test_quick_checks_find_what_deployments_do():
@@ -207,7 +207,7 @@ def test_other_formulations_refuse_friction(formulation):
 
 def test_the_hinge_whose_friction_is_used_most_is_named():
     linkage = chain(3)
-    setup = replace(setup_of_scene(DEFAULT, linkage), resistance=(0.5, 0.4))
+    setup = replace(setup_of_scene(DEFAULT, linkage), friction=(0.5, 0.4))
     compiled = compile_scene(linkage, setup)
     motion = simulate_compiled(compiled, certified=False).motion
     assert motion.ending == "stuck"

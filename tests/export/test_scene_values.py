@@ -8,8 +8,8 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.export.export_files import exported_case
 from hcsearch.export.formats import EXPORT_FORMATS
 from hcsearch.scenes import Scene
+from hcsearch.scenes.scene import HINGE_VALUES
 from hcsearch.scenes.scene_file import scene_file_text
-from hcsearch.scenes.values import HINGE_VALUES
 from hcsearch.subjects.resolve import resolve
 from tests.export.exports import MOVING, written
 

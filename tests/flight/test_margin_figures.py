@@ -80,7 +80,7 @@ def test_states_that_the_kernel_alone_does_not_solve_have_the_margins_of_highs(c
 def test_states_of_deployments_with_stops_have_the_margins_of_highs(name):
     """On orthonormal rows of closure, as HiGHS meets equations to a tolerance, too coarse near singular states."""
     travel = travel_by_springs(resolve(name, flat_pairs="hinged").linkage, DRIVEN)
-    path, friction = travel.rates, travel.hardware.resistance
+    path, friction = travel.rates, np.array(travel.setup.resistance)
     found, torques = travel_margins(travel), law_torques(travel.setup.laws, travel.states)
     at_stops = np.flatnonzero(~path.singular & (path.senses != 0).any(axis=1))
     chosen = np.random.default_rng(3).permutation(at_stops)[:25]
@@ -100,7 +100,7 @@ def margins_between(travel):
     course, _ = travel.course
     times = np.linspace(course.times[0], course.times[-1], 1002)[1:-1]
     states = np.array([close_linkage(travel.linkage, state).angles for state in states_at(course, times)])
-    _, whole, failed = programs_of(travel.linkage, states, travel.setup.laws, travel.hardware.resistance)
+    _, whole, failed = programs_of(travel.linkage, states, travel.setup.laws, np.array(travel.setup.resistance))
     return whole.margins.min(), failed.margins.min()
 
 

@@ -101,7 +101,7 @@ def test_latches_bear_the_simulated_arrivals_and_at_most_all_energy(sheet):
     strengths = [float(demand.value.removesuffix(" N m")) for demand in (arriving, most)]
     assert strengths[1] == pytest.approx(2.0 * sheet.numbers["latch_torque"], rel=1e-3)
     travel = sheet.travel
-    loads = arrival_loads(travel.deployment, travel.hardware.latch_stiffness)
+    loads = arrival_loads(travel.deployment, np.array(travel.setup.latch_stiffness))
     assert strengths[0] == pytest.approx(2.0 * max(np.nanmax(load.torques) for load in loads), rel=1e-3)
     assert 0.0 < strengths[0] < 0.5 * strengths[1]
     along_path = replace(travel, deployment=None, source="path")

@@ -11,7 +11,7 @@ import numpy as np
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.motion.collision.panel_prisms import margin_of
 from hcsearch.scenes.laws import scaled_law
-from hcsearch.scenes.setup import Setup, natural_seconds, with_dampings
+from hcsearch.scenes.setup import Setup, natural_seconds, with_dampings, with_resistance
 from hcsearch.shape.linkage import Linkage
 
 SPREAD_SEED = 0
@@ -128,7 +128,7 @@ SWEPT_VALUES = {
         "N m",
         "the friction of every hinge",
         lambda point: max(point.setup.resistance, default=0.0),
-        lambda point, value: replace(point, setup=replace(point.setup, resistance=(value,) * len(point.setup.laws))),
+        lambda point, value: replace(point, setup=with_resistance(point.setup, value)),
     ),
     "spread": SweptValue("", "the ratio of the stiffest spring to the softest", lambda _point: 1.0, _spread),
     "size": SweptValue("", "a factor of all lengths of panels", lambda _point: 1.0, _sized),

@@ -57,14 +57,13 @@ def figures_of(travel: Travel, margins: MarginFigures | None = None) -> FlightNu
 
 def tolerances_of(travel: Travel) -> BuildTolerances:
     """Return the tolerances with which an array is built."""
-    hardware = travel.hardware
-    stops, play = (tuple(values.tolist()) for values in (hardware.stop_tolerance, hardware.play))
-    return BuildTolerances(stops, play, hardware.offset_tolerance, hardware.thickness_tolerance)
+    setup = travel.setup
+    return BuildTolerances(setup.stop_tolerance, setup.play, setup.offset_tolerance, setup.thickness_tolerance)
 
 
 def root_of(travel: Travel) -> int:
     """Return the panel to which places of the flat array refer: its root, or the held panel of a free array."""
-    return travel.setup.held if travel.hardware.root is None else travel.hardware.root
+    return travel.setup.held if travel.setup.root is None else travel.setup.root
 
 
 def travel_margins(travel: Travel, resistance: Reals | None = None) -> PathMargins:
@@ -72,7 +71,7 @@ def travel_margins(travel: Travel, resistance: Reals | None = None) -> PathMargi
     return margins_along(
         travel.rates,
         law_torques(travel.setup.laws, travel.states),
-        travel.hardware.resistance if resistance is None else resistance,
+        np.array(travel.setup.resistance) if resistance is None else resistance,
     )
 
 
@@ -82,7 +81,7 @@ def least_margins(travel: Travel, resistance: Reals | None = None) -> MarginFigu
     Congruent foldings have equal ones, as all take them from the linkage that is simulated in their place.
     """
     standard, hinges = travel.standard, travel.standard_hinges
-    friction = (travel.hardware.resistance if resistance is None else resistance)[hinges]
+    friction = (np.array(travel.setup.resistance) if resistance is None else resistance)[hinges]
     found = margin_figures(standard, friction, travel_margins(standard, friction))
     return MarginFigures(*(replace(one, hinge=int(hinges[one.hinge]) if one.hinge >= 0 else -1) for one in found))
 
@@ -95,8 +94,8 @@ def _stowage(travel: Travel) -> dict[str, FlightValue]:
 
 def modes_of(travel: Travel) -> DeployedModes:
     """Return the modes of the flat array on its latches."""
-    stiffness = flat_stiffness(travel.setup.laws, travel.hardware.latch_stiffness)
-    base = _floating_base(travel) if travel.hardware.root is None else None
+    stiffness = flat_stiffness(travel.setup.laws, np.array(travel.setup.latch_stiffness))
+    base = _floating_base(travel) if travel.setup.root is None else None
     return deployed_modes(travel.linkage, stiffness, travel.setup.density, root_of(travel), base=base)
 
 
@@ -116,7 +115,7 @@ def _latches(travel: Travel) -> dict[str, FlightValue]:
     bounds = latch_bounds(
         travel.linkage,
         setup.laws,
-        travel.hardware.latch_stiffness,
+        np.array(setup.latch_stiffness),
         setup.density,
         setup.held,
         travel.states[0],
@@ -160,7 +159,7 @@ def _clearance(travel: Travel) -> dict[str, FlightValue]:
 
 def _craft(travel: Travel) -> dict[str, FlightValue]:
     """Return the least gap to the craft at all times; none without a craft."""
-    craft = travel.hardware.craft
+    craft = travel.setup.craft
     found = _course(travel) if craft else None
     return {} if found is None else {"craft_clearance": craft_clearance(travel.linkage, *found, craft, root_of(travel))}
 

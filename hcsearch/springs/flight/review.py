@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -73,7 +74,7 @@ def _latch_demands(judged: JudgedTravel) -> Iterator[Demand]:
         return
     factor, deployment = rule.numbers["factor"], judged.travel.deployment
     if deployment is not None:
-        loads = arrival_loads(deployment, judged.travel.hardware.latch_stiffness)
+        loads = arrival_loads(deployment, np.array(judged.travel.setup.latch_stiffness))
         torques = [float(np.nanmax(load.torques)) for load in loads if np.isfinite(load.torques).any()]
         if torques:
             strength = f"{short_number(factor * max(torques), 4)} N m"
@@ -84,7 +85,7 @@ def _latch_demands(judged: JudgedTravel) -> Iterator[Demand]:
 
 def _stack_demands(travel: Travel) -> Iterator[Demand]:
     """Yield how thick panels may be in stacks that stand in the envelope, and how many of these may be."""
-    envelope = travel.hardware.envelope
+    envelope = travel.setup.envelope
     if not envelope or not travel.linkage.folds_flat:
         return
     footprint = footprint_of(travel.linkage)
@@ -141,9 +142,9 @@ def _omitted(travel: Travel) -> Iterator[str]:
         yield "closure: the panels form an open chain"
     if tolerances_of(travel).are_zero:
         yield "clearance over tolerances: the scene gives none"
-    if not travel.hardware.craft:
+    if not travel.setup.craft:
         yield "gaps to the craft: the scene gives no body"
-    if not travel.hardware.latch_stiffness.any():
+    if not any(travel.setup.latch_stiffness):
         yield "torque of latches: the scene gives no stiffness"
     if not any(travel.setup.gravity):
         yield "gravity: the scene has none"
@@ -183,8 +184,7 @@ def sensitivities_of(travel: Travel, numbers: FlightNumbers, margins: MarginFigu
 
 def _have_equal_margins(one: Travel, other: Travel) -> bool:
     """Return whether the torque margins of two travels along the same states are equal, as springs and losses are."""
-    equal = np.array_equal(one.hardware.resistance, other.hardware.resistance)
-    return equal and one.setup.laws == other.setup.laws
+    return one.setup.resistance == other.setup.resistance and one.setup.laws == other.setup.laws
 
 
 def _with_springs(travel: Travel, factor: float) -> Travel:
@@ -198,8 +198,9 @@ def _with_density(travel: Travel, factor: float) -> Travel:
 
 def _with_hardware(name: str) -> Callable[[Travel, float], Travel]:
     def changed(travel: Travel, factor: float) -> Travel:
-        value = factor * getattr(travel.hardware, name)
-        return travel.with_values(hardware=replace(travel.hardware, **{name: value}))
+        value = getattr(travel.setup, name)
+        scaled: Any = tuple(factor * own for own in value) if isinstance(value, tuple) else factor * value
+        return travel.with_values(replace(travel.setup, **{name: scaled}))
 
     return changed
 

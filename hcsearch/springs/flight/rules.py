@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, cast
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import InputFileError
 from hcsearch.designs.records import FlightNumbers
-from hcsearch.scenes.hardware import Hardware
+from hcsearch.scenes.setup import Setup
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.flight.flight_figures import least_margins, root_of, tolerances_of, travel_margins
 from hcsearch.springs.flight.flight_sheet import MIN_SENSITIVITY, FigureSide, SheetRow
@@ -71,10 +71,10 @@ class Rules:
         )
         return friction, harness
 
-    def resistance(self, hardware: Hardware, *, measured: bool) -> Reals:
+    def resistance(self, setup: Setup, *, measured: bool) -> Reals:
         """Return the torque that resists at each hinge, (n_hinges,), N m, with the harness weighed against friction."""
         friction, harness = self.weights(measured=measured)
-        return hardware.friction + harness / friction * hardware.harness
+        return setup.weighted_resistance(harness / friction)
 
 
 class Judged(NamedTuple):
@@ -104,12 +104,12 @@ class JudgedTravel:
                 required = kind.required(self) if kind.required is not None else rule.numbers[kind.numbers[0]]
                 figure = kind.judged(self)
                 yield SheetRow(kind.row, rule.clause, figure.value, required, kind.unit, kind.at_least, *figure[1:])
-        hardware = self.travel.hardware
-        if hardware.envelope:
-            box = stowage_of(self.travel.linkage, self.travel.setup.density).packed
-            room, note = 1e3 * box.room_in(hardware.envelope), f"{box.text} into {hardware.envelope}"
+        setup = self.travel.setup
+        if setup.envelope:
+            box = stowage_of(self.travel.linkage, setup.density).packed
+            room, note = 1e3 * box.room_in(setup.envelope), f"{box.text} into {setup.envelope}"
             yield SheetRow("room in the envelope", "scene", room, 0.0, "mm", note=note)
-        if hardware.craft:
+        if setup.craft:
             gap = self.figure("craft_clearance")
             figure = self.at_all_times(None if gap is None else 1e3 * gap, "gap over the whole travel")
             yield SheetRow("gap to the craft", "scene", figure.value, 0.0, "mm", True, *figure[1:])
@@ -125,7 +125,7 @@ class JudgedTravel:
     @cached_property
     def resistance(self) -> Reals:
         """The torque that resists at each hinge, by the weights of the rules."""
-        return self.rules.resistance(self.travel.hardware, measured=self.measured)
+        return self.rules.resistance(self.travel.setup, measured=self.measured)
 
     @cached_property
     def margins_at_states(self) -> PathMargins:

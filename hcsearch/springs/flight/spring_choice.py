@@ -132,7 +132,7 @@ def _spring_rule(travel: Travel, rules: Rules, *, measured: bool) -> SpringRule:
         raise HcsearchError(f"{rules.standard} asks for no torque of springs: name rules with a table [motorisation]")
     if travel.source == "none":
         raise HcsearchError("springs are chosen along a motion: name a folding that moves")
-    resistance = rules.resistance(travel.hardware, measured=measured)
+    resistance = rules.resistance(travel.setup, measured=measured)
     if not resistance.any():
         raise HcsearchError("nothing resists the springs: give friction or harness in the scene, or --friction 0.001")
     required, _ = rules.weights(measured=measured)

@@ -16,7 +16,6 @@ from hcsearch.motion.kinematics.closing import close_linkage
 from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.motion.planning.path_proofs import Prover
 from hcsearch.scenes import Scene
-from hcsearch.scenes.hardware import Hardware, hardware_of
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import compile_scene
@@ -34,13 +33,12 @@ TravelSource = Literal["deployment", "path", "none"]
 class Travel(ByValue):
     """The panels and hinges of a folding in a scene, and the states of its motion.
 
-    setup, hardware : of the scene, evaluated for the linkage. source : of the states. states : (k, n_hinges), fold
-    angles from packed to flat, rad, with both ends; none without a motion. deployment : the simulated one, or None.
+    setup : the scene, evaluated for the linkage. source : of the states. states : (k, n_hinges), fold angles, rad, from
+    packed to flat, with both ends; none without a motion. deployment : the simulated one, or None.
     """
 
     linkage: Linkage
     setup: Setup
-    hardware: Hardware
     source: TravelSource
     states: Reals
     deployment: Deployment | None = None
@@ -81,9 +79,9 @@ class Travel(ByValue):
         """The travel of the linkage that is simulated in place of all congruent ones, without a craft."""
         if self.linkage.twin is None:
             return self
-        setup, hardware = self.setup.of_congruent(self.linkage), self.hardware.of_congruent(self.linkage)
         states = np.ascontiguousarray(self.states[:, self.standard_hinges])
-        return Travel(self.linkage.twin.linkage, setup, hardware, self.source, states, self.deployment)
+        setup = self.setup.of_congruent(self.linkage)
+        return Travel(self.linkage.twin.linkage, setup, self.source, states, self.deployment)
 
     def with_states(self, times: Reals) -> Travel:
         """Return the travel along a proved path with the closed states at more times of its course.
@@ -102,16 +100,15 @@ class Travel(ByValue):
         vars(changed)["course"] = self.course
         return changed
 
-    def with_values(self, setup: Setup | None = None, hardware: Hardware | None = None) -> Travel:
+    def with_values(self, setup: Setup) -> Travel:
         """Return the travel with other springs, density or hardware; what depends on the states alone is kept.
 
         setup : with the same margin.
         """
-        changed = replace(self, setup=setup or self.setup, hardware=hardware or self.hardware)
+        changed = replace(self, setup=setup)
         vars(changed).update({name: kept for name, kept in vars(self).items() if name in ("course", "rates")})
         if self.linkage.twin is not None and "standard" in vars(self):
-            of_twin = changed.setup.of_congruent(self.linkage), changed.hardware.of_congruent(self.linkage)
-            vars(changed)["standard"] = self.standard.with_values(*of_twin)
+            vars(changed)["standard"] = self.standard.with_values(setup.of_congruent(self.linkage))
         return changed
 
     @property
@@ -141,10 +138,9 @@ def travel_along(linkage: Linkage, scene: Scene, states: Reals | None = None) ->
     states : of the path, (k, n_hinges).
     """
     setup = _checked(setup_of_scene(scene, linkage))
-    hardware = hardware_of(scene, linkage, setup.held)
     if states is None:
-        return Travel(linkage, setup, hardware, "none", np.empty((0, linkage.n_hinges)))
-    return Travel(linkage, setup, hardware, "path", np.asarray(states, float))
+        return Travel(linkage, setup, "none", np.empty((0, linkage.n_hinges)))
+    return Travel(linkage, setup, "path", np.asarray(states, float))
 
 
 def travel_by_springs(linkage: Linkage, scene: Scene) -> Travel:
@@ -153,16 +149,15 @@ def travel_by_springs(linkage: Linkage, scene: Scene) -> Travel:
     A deployment starts beside the packed state and counts as flat a little before the flat one: both ends are added.
     """
     compiled = compile_scene(linkage, setup_of_scene(scene, linkage))
-    return travel_of_deployment(simulate_compiled(compiled, certified=False), scene)
+    return travel_of_deployment(simulate_compiled(compiled, certified=False))
 
 
-def travel_of_deployment(deployment: Deployment, scene: Scene) -> Travel:
-    """Return the travel of a simulated deployment in a scene."""
+def travel_of_deployment(deployment: Deployment) -> Travel:
+    """Return the travel of a simulated deployment."""
     linkage, setup = deployment.compiled.linkage, _checked(deployment.compiled.setup)
-    hardware = hardware_of(scene, linkage, setup.held)
     states = np.vstack([linkage.folded, deployment.angles, linkage.flat])
     moved = np.abs(np.diff(states, axis=0)).max(axis=1, initial=0.0) > MIN_STATE_DISTANCE
-    return Travel(linkage, setup, hardware, "deployment", states[np.append(True, moved)], deployment)
+    return Travel(linkage, setup, "deployment", states[np.append(True, moved)], deployment)
 
 
 def _checked(setup: Setup) -> Setup:

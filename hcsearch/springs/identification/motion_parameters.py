@@ -15,7 +15,7 @@ from hcsearch.basics.vocabulary import MotionTerm
 from hcsearch.motion.collision.panel_prisms import REFERENCE_EDGE_LENGTH, scale_of
 from hcsearch.scenes.laws import FREE_LAW, Law, linear_law, scaled_law
 from hcsearch.scenes.scene import SceneVector
-from hcsearch.scenes.setup import Setup, with_dampings
+from hcsearch.scenes.setup import Setup, with_dampings, with_resistance
 from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 
@@ -75,7 +75,7 @@ class MotionParameters:
             elif parameter.term == "damping":
                 setup = with_dampings(setup, [value] * len(laws))
             elif parameter.term == "friction":
-                changes["resistance"] = (value,) * len(laws)
+                setup = with_resistance(setup, value)
             elif parameter.term == "drag":
                 changes["drag"] = value
         if tilts:

@@ -15,6 +15,7 @@ from hcsearch.basics.vocabulary import Formulation
 from hcsearch.motion.collision.panel_prisms import scale_of
 from hcsearch.motion.collision.panel_reaches import slack_of
 from hcsearch.scenes import Scene
+from hcsearch.scenes.scene import HARDWARE_VALUES
 from hcsearch.scenes.setup import Setup, setup_of_scene, with_stiffnesses
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment import DEPLOYMENT_VERSION
@@ -229,12 +230,11 @@ class Evaluator:
         )
 
     def _key(self, setup: Setup, past_collisions: bool) -> EvaluationKey:
-        values = {value_field.name: getattr(setup, value_field.name) for value_field in fields(setup)}
-        for name in ("name", "laws", "spring_range"):
-            del values[name]
-        if not any(setup.resistance):  # as in the keys of databases from before there was friction
-            del values["resistance"]
-        del values["hold_downs"]  # none are tuned
+        left_out = {"name", "laws", "spring_range", "hold_downs", *HARDWARE_VALUES}  # no hold-downs are tuned
+        names = [value_field.name for value_field in fields(setup) if value_field.name not in left_out]
+        values = {name: getattr(setup, name) for name in names}
+        if any(setup.resistance):  # else as in the keys of databases from before there was friction
+            values["resistance"] = setup.resistance
         for name in ("damping_time", "damping"):  # nor dampers of single hinges
             if len(set(values[name])) == 1:
                 values[name] = values[name][0]

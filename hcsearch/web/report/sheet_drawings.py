@@ -111,7 +111,7 @@ def swept_drawing(travel: Travel) -> str:
     chosen = np.unique(np.linspace(0, len(travel.states) - 1, SWEPT_STATE_COUNT).round().astype(int))
     root = root_of(travel)
     places = [1e3 * points for state in travel.states[chosen] for points in placed_solids(travel.linkage, state, root)]
-    boxes = [1e3 * corners for corners in craft_corners(travel.linkage, travel.hardware.craft, root)]
+    boxes = [1e3 * corners for corners in craft_corners(travel.linkage, travel.setup.craft, root)]
     everything = np.concatenate([*places, *boxes])
     least, greatest = everything.min(axis=0), everything.max(axis=0)
     x, y, z = (greatest - least).tolist()

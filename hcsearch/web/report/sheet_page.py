@@ -64,7 +64,7 @@ def sheet_drawings(sheet: FlightSheet) -> SheetDrawings:
             title = f"Sensitivities of {quantity.title}"
             plots.append(DrawnPlot(title, tornado(rows, value), (), note))
     if sheet.travel is not None:
-        envelope = sheet.travel.hardware.envelope
+        envelope = sheet.travel.setup.envelope
         note = f"From above, and from the side; dashed: {envelope}." if envelope else "From above, and from the side."
         plots.append(DrawnPlot("Packed", stowed_drawing(sheet.travel.linkage, envelope), (), note))
         if len(sheet.travel.states):
