@@ -12,12 +12,13 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import foldings
 from hcsearch.scenes.laws import law_named
 from hcsearch.springs.flight.deployed_modes import (
+    FloatingBase,
     deployed_modes,
     flat_rates,
     flat_stiffness,
     geometric_stiffness,
+    panel_rates,
 )
-from hcsearch.springs.flight.panel_rates import FloatingBase, panel_rates
 from tests.flight.arrays import SIDE, THICKNESS, strip
 from tests.flight.vibrating import closed_states_near_flat
 from tests.linkages import linkage_named

@@ -17,8 +17,8 @@ from hcsearch.scenes.laws import law_named
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled, simulate_deployment
 from hcsearch.springs.dynamics.panels import panel_bodies
+from hcsearch.springs.flight.deployed_modes import FloatingBase, panel_rates
 from hcsearch.springs.flight.latching import arrival_loads, latch_bounds, panel_reach, released_energy
-from hcsearch.springs.flight.panel_rates import FloatingBase, panel_rates
 from hcsearch_bench.subjects.foldings import search_of, untwisted
 from tests.flight.arrays import SIDE, THICKNESS, strip
 from tests.linkages import linkage_named

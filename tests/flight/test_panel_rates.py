@@ -8,7 +8,7 @@ from hcsearch.scenes import SCENES
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene, start_state
 from hcsearch.springs.dynamics.inverse import joint_forces
 from hcsearch.springs.dynamics.panels import panel_bodies
-from hcsearch.springs.flight.panel_rates import FloatingBase, panel_rates
+from hcsearch.springs.flight.deployed_modes import FloatingBase, panel_rates
 from hcsearch.springs.flight.torque_margin import closed_rates
 from tests.flight.arrays import strip
 from tests.linkages import linkage_named

@@ -5,7 +5,11 @@ from importlib.resources import files
 import pytest
 
 from hcsearch.basics.errors import InputFileError
-from hcsearch.springs.flight.rules import RULE_KINDS, STANDARDS, read_rules
+from hcsearch.designs.folding import Folding
+from hcsearch.scenes import SCENES
+from hcsearch.springs.flight.flight_figures import figures_of
+from hcsearch.springs.flight.rules import RULE_KINDS, STANDARDS, Judged, JudgedTravel, RuleKind, read_rules
+from hcsearch.springs.flight.travel import travel_along
 from tests.documents import ROOT
 
 OWN = """
@@ -47,6 +51,18 @@ def test_aiaa_asks_for_twice_what_resists_and_for_no_redundancy():
     assert rules.weights(measured=False) == rules.weights(measured=True) == (2.0, 2.0)
     assert rules.given["latch"].numbers == {"factor": 2.0}
     assert set(rules.given) == {"motorisation", "latch"}
+
+
+def test_a_further_kind_of_rule_is_one_row(tmp_path, monkeypatch):
+    heavy = RuleKind("mass", ("kg",), "mass of panels", lambda it: Judged(it.figure("mass")), unit="kg", at_least=False)
+    monkeypatch.setitem(RULE_KINDS, "mass", heavy)
+    path = tmp_path / "house.toml"
+    path.write_text('title = "House rules"\nissue = "3"\n[mass]\nclause = "9"\nkg = 0.1\n')
+    travel = travel_along(Folding.from_notation("hex:0234550132:4").linkage(), SCENES["default"])
+    numbers = figures_of(travel)
+    (row,) = JudgedTravel(travel, read_rules(str(path)), numbers).rows()
+    assert (row.rule, row.clause, row.figure, row.required) == ("mass of panels", "9", numbers["mass"], 0.1)
+    assert row.verdict == ("pass" if numbers["mass"] <= 0.1 else "fail")
 
 
 @pytest.mark.parametrize("kind", RULE_KINDS.values(), ids=RULE_KINDS)

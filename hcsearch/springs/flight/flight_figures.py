@@ -28,11 +28,10 @@ from hcsearch.shape.labels import labels_of
 from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.build_errors import BuildTolerances
 from hcsearch.springs.flight.clearance_ratio import clearance_ratio
-from hcsearch.springs.flight.deployed_modes import DeployedModes, deployed_modes, flat_stiffness
+from hcsearch.springs.flight.deployed_modes import DeployedModes, FloatingBase, deployed_modes, flat_stiffness
 from hcsearch.springs.flight.latching import latch_bounds
 from hcsearch.springs.flight.margin_figures import MarginFigures, margin_figures
 from hcsearch.springs.flight.moving_room import craft_clearance
-from hcsearch.springs.flight.panel_rates import FloatingBase
 from hcsearch.springs.flight.path_margins import PathMargins, margins_along
 from hcsearch.springs.flight.shape_errors import shape_errors
 from hcsearch.springs.flight.stowage import stowage_of

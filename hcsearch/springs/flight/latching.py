@@ -22,7 +22,7 @@ from hcsearch.springs.deployment.arrivals import hinge_arrivals
 from hcsearch.springs.deployment.compiled_scene import AT_STOP_ANGLE
 from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.dynamics.panels import panel_bodies
-from hcsearch.springs.flight.panel_rates import FloatingBase, PanelRates, panel_rates
+from hcsearch.springs.flight.deployed_modes import FloatingBase, PanelRates, panel_rates
 from hcsearch.springs.flight.torque_margin import closed_rates
 
 RESTING_RATE_SHARE = 1e-6
