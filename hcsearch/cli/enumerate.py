@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -62,17 +61,10 @@ def enumerate_(
 
     search, workers = chosen_search(grid, n, array_spec, keep), chosen_workers(jobs, scheduler)
     plan = plan_enumeration(search, workers, db, keep=keep, **limits)
-    click.echo(_subject(plan))
     with ProgressMeter(SHARE if plan.scene_stages else "batch") as meter, _compiling_ahead(plan):
-
-        def show(rows: dict[str, str], funnel: Funnel) -> None:
-            for column, label in rows.items():
-                count = getattr(funnel, column)
-                meter.write(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
-
-        announce, listed = partial(meter.write, err=True), partial(show, _listed_rows(plan))
-        done = run_enumeration(plan, db, announce=announce, progress=meter, listed=listed, dry=dry_run)
-        show(_JUDGED_ROWS, done.summary.funnel)
+        report = _Report(plan, meter)
+        done = run_enumeration(plan, db, report.progress, report.announce, report.listed, dry=dry_run)
+        report.judged(done.summary.funnel)
     _print_summary(done)
     _announce_none(plan, done.summary.funnel)
 
@@ -86,26 +78,43 @@ def _compiling_ahead(plan: Plan) -> AbstractContextManager[None]:
     return compiling_ahead("check")
 
 
-def _subject(plan: Plan) -> str:
-    """Return what is searched, as a sentence."""
-    target = plan.search.target or f"all arrays of {plan.search.n} cells"
-    stages = [stage.name for stage in (*plan.listing_stages, *plan.scene_stages)]
-    grid = f"{plan.search.grid.name} grid, {target}, n = {plan.search.n}"
-    return f"searching the {grid}, in the {'stages' if len(stages) > 1 else 'stage'} {listed(stages, 'and')}"
+class _Report:
+    """What is printed during a run: first what is searched, then each row of the funnel once it is final."""
 
+    def __init__(self, plan: Plan, meter: ProgressMeter) -> None:
+        self._plan, self._meter, self._begun = plan, meter, False
 
-def _listed_rows(plan: Plan) -> dict[str, str]:
-    """Return the labels of the columns of the funnel that are final once all circuits are listed."""
-    return {
-        "fixed_circuits": "circuits of the array" if plan.search.target else "fixed circuits",
-        "circuits": "non-isomorphic circuits",
-        "arrays": "arrays" if plan.keep == "all" else f"arrays ({plan.keep})",
-        "two_stack": "two-stack",
-        "untwisted": "untwisted",
-    }
+    def _begin(self) -> None:
+        """Say what is searched, once: not before the run can begin, as in a database that can be read."""
+        if self._begun:
+            return
+        self._begun, plan = True, self._plan
+        target = plan.search.target or f"all arrays of {plan.search.n} cells"
+        stages = [stage.name for stage in (*plan.listing_stages, *plan.scene_stages)]
+        through = f"in the {'stages' if len(stages) > 1 else 'stage'} {listed(stages, 'and')}"
+        self._meter.write(f"searching the {plan.search.grid.name} grid, {target}, n = {plan.search.n}, {through}")
 
+    def progress(self, done: int, total: int, note: str) -> None:
+        self._begin()
+        self._meter(done, total, note)
 
-_JUDGED_ROWS = {"movable": "movable", "deploys": "deployed by springs"}
+    def announce(self, sentence: str) -> None:
+        self._begin()
+        self._meter.write(sentence, err=True)
+
+    def listed(self, funnel: Funnel) -> None:
+        self._write("circuits of the array" if self._plan.search.target else "fixed circuits", funnel.fixed_circuits)
+        self._write("non-isomorphic circuits", funnel.circuits)
+        self._write("arrays" if self._plan.keep == "all" else f"arrays ({self._plan.keep})", funnel.arrays)
+        self._write("two-stack", funnel.two_stack)
+        self._write("untwisted", funnel.untwisted)
+
+    def judged(self, funnel: Funnel) -> None:
+        self._write("movable", funnel.movable)
+        self._write("deployed by springs", funnel.deploys)
+
+    def _write(self, label: str, count: int | None) -> None:
+        self._meter.write(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
 
 
 def _announce_none(plan: Plan, funnel: Funnel) -> None:
