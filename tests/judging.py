@@ -50,8 +50,7 @@ def verdicts_of(judged: Sequence[Judged], trials: Sequence[Trial] = ()) -> Verdi
         np.array([circuits.index(circuit) for circuit, *_ in judged], int),
         np.array([crease for _, crease, *_ in judged], int),
         statuses,
-        motion,
-        deployments,
+        of_foldings={"motion": motion, "deployment": deployments},
     )
 
 
@@ -68,7 +67,9 @@ def judge(
     """Record verdicts in a scene as a run of its own."""
     record_scene(database, scene, "" if scene == "default" else f'name = "{scene}"\n')
     run_id = start_run(database, work=work, until="deployment", panel=None, arguments={"scene": scene}, versions={})
-    verdicts = replace(verdicts_of(judged, trials), flight=None if flight is None else tuple(flight))
+    verdicts = verdicts_of(judged, trials)
+    if flight is not None:
+        verdicts = verdicts.with_folding_results(flight=tuple(flight))
     deploying = verdicts.status.count("deploys")
     passed = {"motion": deploying + verdicts.status.count("movable"), "deployment": deploying}
     results = [StageResult(stage, 1, count, count, 0.5) for stage, count in passed.items()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from hcsearch.basics.vocabulary import Way
 
 CircuitWords = NDArray[np.int8]
 Integers = NDArray[np.integer[Any]]
+
+ResultT = TypeVar("ResultT")
 
 NO_NUMBER = np.iinfo(np.int32).min
 """Missing number in a batch of integers."""
@@ -55,41 +57,25 @@ class FoldingBatch(ByValue):
         return len(self.row)
 
 
+Columns = Mapping[str, Any]
+"""Columns of a table by name: arrays or lists with one entry a row, or one value for all rows."""
+
+
 @dataclass(frozen=True, eq=False)
 class DesignBatch(ByValue):
-    """Columns of the store for a batch: one row for each design, and one for each folding where that stage has run.
+    """Rows of the store for a batch of designs; columns whose stage has not run are missing.
 
-    circuit, array : text notations (canonical, so equal for congruent circuits and arrays).
-    array_symmetry, symmetry, n_fixed : group orders and the number of fixed copies.
-    n_foldings : None where the stage `foldings` has not run.
-    folding_row, folding_crease : as in `FoldingBatch`.
-    folding_twist, n_untwisted, min_twist : None where the stage `twist` has not run; min_twist is -1 without a folding.
-    mobility, best_crease : None where the stage `mobility` has not run. `mobility` has a row for each folding;
-        best_crease is that of the untwisted folding with the lowest dof, then crease, or -1.
-    folding_status : `locked` for each folding that is proved locked, else None; status : the best of each design's
-        foldings, None without an untwisted one. None where the stage `mobility` has not run.
+    designs : columns of the table `design`, among them `circuit`, a list. Notations are canonical, so equal for
+        congruent circuits and arrays.
+    foldings : columns of the table `folding`, and `row`, the index of the design in this batch. In either, `NO_NUMBER`
+        stands for a missing number.
     """
 
-    grid: str
-    n: int
-    circuit: list[str]
-    array: list[str]
-    array_symmetry: Integers
-    symmetry: Integers
-    n_fixed: Integers
-    n_foldings: Integers | None = None
-    folding_row: Integers | None = None
-    folding_crease: Integers | None = None
-    folding_twist: Integers | None = None
-    n_untwisted: Integers | None = None
-    min_twist: Integers | None = None
-    mobility: MobilityBatch | None = None
-    best_crease: Integers | None = None
-    folding_status: Sequence[str | None] | None = None
-    status: Sequence[str | None] | None = None
+    designs: Columns
+    foldings: Columns = field(default_factory=dict)
 
     def __len__(self) -> int:
-        return len(self.circuit)
+        return len(self.designs["circuit"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,27 +264,58 @@ def play_of_batch(
     return np.where(springs, deployment.margin, motion.margin), np.where(springs, deployment.gap, motion.gap)
 
 
+class ResultNamed(Generic[ResultT]):
+    """A result of a stage among those of a batch of foldings; None where the stage has not run."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, batch: FoldingResults, _kind: type) -> ResultT | None:
+        result: ResultT | None = batch.of_foldings.get(self.name)
+        return result
+
+
 @dataclass(frozen=True, eq=False)
-class StagedDesigns(ByValue):
-    """Designs of a shard of the search, with the columns of the stages that have run; None where one has not.
+class FoldingResults(ByValue):
+    """Base class of dataclasses with results of stages on foldings.
+
+    of_foldings : by name, with an entry for each folding: arrays, which are stored as the column of their name, and
+        batches. twists : |Lk|. flight : None for foldings that are locked.
+    """
+
+    of_foldings: Columns = field(default_factory=dict, kw_only=True)
+
+    twists = ResultNamed[NDArray[np.int16]]("twist")
+    mobility = ResultNamed[MobilityBatch]("mobility")
+    motion = ResultNamed[MotionBatch]("motion")
+    deployment = ResultNamed[DeploymentBatch]("deployment")
+    flight = ResultNamed[tuple[FlightNumbers | None, ...]]("flight")
+
+    def with_folding_results(self, **results: Any) -> Self:
+        """The same batch with further results, which have an entry for each folding."""
+        return replace(self, of_foldings={**self.of_foldings, **results})
+
+
+@dataclass(frozen=True, eq=False)
+class StagedDesigns(FoldingResults):
+    """Designs of a shard of the search, with the results of the stages that have run.
 
     n_fixed : (n_circuits,), number of circuits that each represents: fixed ones, or those of the one array searched.
-    twists : |Lk|, (n_foldings,); mobility, motion, deployment and flight have a row for each folding, too, flight None
-    for foldings that are locked. budget : efforts of
-    the search for motions of each folding, None for the default; searched : (n_foldings,), number of these that were
-    made before, None where none were.
+    of_designs : results by name, arrays with an entry for each design. budget : efforts of the search for motions of
+    each folding, None for the default; searched : (n_foldings,), number of these that were made before, None where none
+    were.
     """
 
     circuits: CircuitBatch
     n_fixed: Integers
     foldings: FoldingBatch | None = None
-    twists: NDArray[np.int16] | None = None
-    mobility: MobilityBatch | None = None
-    motion: MotionBatch | None = None
-    deployment: DeploymentBatch | None = None
-    flight: tuple[FlightNumbers | None, ...] | None = None
+    of_designs: Columns = field(default_factory=dict)
     budget: int | None = None
     searched: Integers | None = None
+
+    def with_design_results(self, **results: Any) -> StagedDesigns:
+        """The same designs with further results, which have an entry for each design."""
+        return replace(self, of_designs={**self.of_designs, **results})
 
     def __len__(self) -> int:
         return len(self.circuits)
@@ -318,29 +335,29 @@ class StagedDesigns(ByValue):
     def take(self, kept: NDArray[np.bool_], chosen: NDArray[np.bool_] | None = None) -> StagedDesigns:
         """Select designs, with all their foldings or only the chosen ones; before the stage of motions."""
         assert self.motion is None
-        circuits, n_fixed = self.circuits.take(kept), self.n_fixed[kept]
+        of_designs = {name: values[kept] for name, values in self.of_designs.items()}
+        taken = replace(self, circuits=self.circuits.take(kept), n_fixed=self.n_fixed[kept], of_designs=of_designs)
         if self.foldings is None:
-            return StagedDesigns(circuits, n_fixed, budget=self.budget)
+            return taken
         stay = kept[self.foldings.row] if chosen is None else kept[self.foldings.row] & chosen
         number = np.cumsum(kept, dtype=np.int32) - 1
-        return StagedDesigns(
-            circuits,
-            n_fixed,
-            FoldingBatch(number[self.foldings.row[stay]], self.foldings.crease[stay]),
-            None if self.twists is None else self.twists[stay],
-            None if self.mobility is None else self.mobility.take(stay),
-            budget=self.budget,
+        return replace(
+            taken,
+            foldings=FoldingBatch(number[self.foldings.row[stay]], self.foldings.crease[stay]),
+            of_foldings={
+                name: result[stay] if isinstance(result, np.ndarray) else result.take(stay)
+                for name, result in self.of_foldings.items()
+            },
             searched=None if self.searched is None else self.searched[stay],
         )
 
 
 @dataclass(frozen=True, eq=False)
-class VerdictBatch(ByValue):
+class VerdictBatch(FoldingResults):
     """Columns of the store for verdicts on designs in a scene.
 
     circuit : notations. best_crease, status : of the best folding of each design. folding_row, folding_crease,
-        folding_status : of the foldings that were examined. motion, deployment, flight : a row for each folding; the
-        last two are None where their stage has not run.
+        folding_status : of the foldings that were examined.
     """
 
     circuit: list[str]
@@ -349,9 +366,6 @@ class VerdictBatch(ByValue):
     folding_row: Integers
     folding_crease: Integers
     folding_status: list[str]
-    motion: MotionBatch
-    deployment: DeploymentBatch | None
-    flight: tuple[FlightNumbers | None, ...] | None = None
 
     def undecided_reasons(self) -> dict[int, str]:
         """Return by folding the reason of the first undecided simulation, of those that no springs deploy."""

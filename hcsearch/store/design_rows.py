@@ -6,10 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from sqlalchemy import Connection, Row, Select, Table, bindparam, delete, select, update
 from sqlalchemy.dialects import sqlite
 
-from hcsearch.designs.records import NO_NUMBER, DesignBatch, MobilityBatch
+from hcsearch.designs.records import NO_NUMBER, Columns, DesignBatch
 from hcsearch.store.postgresql import stage_rows
 from hcsearch.store.rows import next_id
 from hcsearch.store.schema import design, folding
@@ -90,68 +91,40 @@ def insert_designs(connection: Connection, location: str, designs: DesignBatch) 
         return
     first_new_id = next_id(connection, location, design.c.id, len(designs))
     ids = list(range(first_new_id, first_new_id + len(designs)))
-    columns = _design_columns(designs)
+    columns = _lists(designs.designs, len(designs))
     if insert_rows(connection, design, {"id": ids, **columns}) < len(designs):
         ids = _meet(connection, designs, columns, first_new_id)
-    if designs.folding_row is not None and len(designs.folding_row):
-        rows = _folding_columns(designs, ids)
-        insert_rows(connection, folding, rows, _stage_columns(rows))
+    if rows := _folding_columns(designs, ids):
+        keys = ("design_id", "crease", "opposite")
+        insert_rows(connection, folding, rows, [name for name in rows if name not in keys])
 
 
-def _design_columns(designs: DesignBatch) -> ColumnLists:
-    columns: ColumnLists = {
-        "grid": [designs.grid] * len(designs),
-        "n": [designs.n] * len(designs),
-        "circuit": designs.circuit,
-        "array": designs.array,
-        "array_symmetry": designs.array_symmetry.tolist(),
-        "symmetry": designs.symmetry.tolist(),
-        "n_fixed": designs.n_fixed.tolist(),
-    }
-    for name in ("n_foldings", "n_untwisted"):
-        if (values := getattr(designs, name)) is not None:
-            columns[name] = values.tolist()
-    if designs.min_twist is not None:
-        columns["min_twist"] = [None if twist < 0 else twist for twist in designs.min_twist.tolist()]
-    if designs.best_crease is not None and designs.status is not None:
-        columns["best_crease"] = [None if crease < 0 else crease for crease in designs.best_crease.tolist()]
-        columns["status"] = list(designs.status)
-    return columns
+def _lists(columns: Columns, count: int) -> ColumnLists:
+    """Return columns as lists of plain values, with None for missing numbers."""
+    return {name: _list(values, count) for name, values in columns.items()}
+
+
+def _list(values: Any, count: int) -> list[Any]:
+    if isinstance(values, np.ndarray):
+        listed = values.tolist()
+        return [None if v == NO_NUMBER else v for v in listed] if (values == NO_NUMBER).any() else listed
+    return values if isinstance(values, list) else [values] * count
 
 
 def _folding_columns(designs: DesignBatch, ids: Sequence[int]) -> ColumnLists:
-    assert designs.folding_row is not None
-    assert designs.folding_crease is not None
-    creases = designs.folding_crease.tolist()
-    columns: ColumnLists = {
-        "design_id": [ids[row] for row in designs.folding_row.tolist()],
-        "crease": creases,
-        "opposite": [crease + designs.n // 2 for crease in creases],
-    }
-    if designs.folding_twist is not None:
-        columns["twist"] = designs.folding_twist.tolist()
-        if designs.mobility is not None:
-            assert designs.folding_status is not None
-            columns |= _mobility_columns(designs.mobility) | {"status": list(designs.folding_status)}
-    return columns
-
-
-def _mobility_columns(mobility: MobilityBatch) -> ColumnLists:
-    columns: ColumnLists = {"kutzbach": [mobility.kutzbach] * len(mobility.dof)}
-    for name in ("dof", "dof_folded", "dof_flat", "merged_panels", "kutzbach_merged", "dof_merged"):
-        columns[name] = [None if value == NO_NUMBER else value for value in getattr(mobility, name).tolist()]
-    return columns
-
-
-def _stage_columns(columns: ColumnLists) -> list[str]:
-    """Return the names of the folding columns that stages fill, which are all but the key."""
-    return [name for name in columns if name not in ("design_id", "crease", "opposite")]
+    """Return the rows of foldings; empty without any."""
+    columns = _lists(designs.foldings, len(designs.foldings.get("row", ())))
+    rows = columns.pop("row", None)
+    if not rows:
+        return {}
+    columns["opposite"] = [crease + designs.designs["n"] // 2 for crease in columns["crease"]]
+    return {"design_id": [ids[row] for row in rows], **columns}
 
 
 def _meet(connection: Connection, designs: DesignBatch, columns: ColumnLists, first_new_id: int) -> list[int]:
     """Update the designs with ids below `first`, which were stored before; return the ids of the whole batch."""
-    id_of = ids_of_circuits(connection, designs.circuit)
-    ids = [id_of[circuit] for circuit in designs.circuit]
+    id_of = ids_of_circuits(connection, columns["circuit"])
+    ids = [id_of[circuit] for circuit in columns["circuit"]]
     names = [name for name in columns if name not in ("grid", "n", "circuit")]
     changes = [
         {"key": key, **{name: columns[name][row] for name in names}}
@@ -167,12 +140,11 @@ def _meet(connection: Connection, designs: DesignBatch, columns: ColumnLists, fi
 
 def _drop_refuted(connection: Connection, designs: DesignBatch, ids: Sequence[int], first_new_id: int) -> None:
     """Delete foldings of stored designs that a newer version of the stage no longer lists."""
-    if designs.n_foldings is None or designs.folding_row is None or designs.folding_crease is None:
-        return
-    if int(designs.n_foldings.sum()) != len(designs.folding_row):
+    n_foldings = designs.designs.get("n_foldings")
+    if n_foldings is None or int(n_foldings.sum()) != len(designs.foldings["row"]):
         return  # a search for untwisted foldings only refutes none
     rows = _folding_columns(designs, ids)
-    listed = set(zip(rows["design_id"], rows["crease"], strict=True))
+    listed = set(zip(rows.get("design_id", ()), rows.get("crease", ()), strict=True))
     key, crease = folding.c.design_id, folding.c.crease
     stored = select_rows_in(
         connection, select(key, crease), key, [design_id for design_id in ids if design_id < first_new_id]

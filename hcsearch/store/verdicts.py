@@ -8,23 +8,24 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import Connection, Select, and_, case, delete, func, select
+import numpy as np
+from sqlalchemy import Connection, Select, Table, and_, case, delete, func, select
 
 from hcsearch.basics.errors import DatabaseError, SceneError
 from hcsearch.basics.undecided_simulations import undecided_counts
 from hcsearch.basics.vocabulary import STATUSES, millimetres
 from hcsearch.designs.records import (
-    DeploymentBatch,
     Evidence,
     FlightNumbers,
     MotionBatch,
     StageResult,
+    Trial,
     Undecided,
     VerdictBatch,
     WorkKey,
     play_of_batch,
 )
-from hcsearch.store.columns import FLIGHT_QUANTITIES, flight_value
+from hcsearch.store.columns import FLIGHT_QUANTITIES, flight_value, stored_quantities
 from hcsearch.store.database import Database
 from hcsearch.store.design_rows import INSERT_CHUNK_ROWS, ids_of_circuits, insert_rows
 from hcsearch.store.failures import retry_if_changed
@@ -229,64 +230,68 @@ def _insert(connection: Connection, database: Database, name: str, verdicts: Ver
 
 def _insert_foldings(connection: Connection, name: str, designs: list[int], verdicts: VerdictBatch) -> None:
     """Store the verdicts on foldings, their motions and deployments; designs : design id of each folding."""
-    creases = verdicts.folding_crease.tolist()
-    rows: VerdictColumns = {"scene": [name] * len(designs), "design_id": designs, "crease": creases}
-    _insert_motions(connection, rows, verdicts.motion)
-    deployments = verdicts.deployment
-    clearance, time = ([], []) if deployments is None else (deployments.clearance.tolist(), deployments.time.tolist())
-    none = [None] * len(designs)
-    margins, gaps = play_of_batch(verdicts.motion, deployments)
-    rows |= {
-        "status": verdicts.folding_status,
-        "min_clearance": [millimetres(gap) for gap in clearance] or none,
-        "deploy_time": [_number(seconds) for seconds in time] or none,
-        "needed_margin": [millimetres(margin) for margin in margins.tolist()],
-        "least_gap": [millimetres(gap) for gap in gaps.tolist()],
+    keys: VerdictColumns = {
+        "design_id": designs,
+        "crease": verdicts.folding_crease.tolist(),
+        "scene": [name] * len(designs),
     }
-    judged_columns = ("status", "min_clearance", "deploy_time", "needed_margin", "least_gap")
-    insert_rows(connection, verdict, rows, judged_columns)
+    assert verdicts.motion is not None
+    _insert_motions(connection, keys, verdicts.motion)
+    deployments = verdicts.deployment
+    margins, gaps = play_of_batch(verdicts.motion, deployments)
+    none = np.full(len(designs), np.nan)
+    results = {
+        **verdicts.of_foldings,
+        "min_clearance": none if deployments is None else deployments.clearance,
+        "deploy_time": none if deployments is None else deployments.time,
+        "needed_margin": margins,
+        "least_gap": gaps,
+    }
+    judged = {
+        one.name: [one.stored(value) for value in results[one.name].tolist()]
+        for one in stored_quantities("verdict").values()
+        if one.name in results
+    }
+    _upsert(connection, verdict, keys, {"status": verdicts.folding_status, **judged})
     if verdicts.flight is not None:
-        _insert_flight(connection, rows, verdicts.flight)
+        _insert_flight(connection, keys, verdicts.flight)
     if deployments is not None and deployments.trials:
-        trials = _trial_columns(deployments, rows, name)
-        changed = [column for column in trials if column not in ("design_id", "crease", "base", "scene")]
-        insert_rows(connection, deployment, trials, changed)
+        _insert_trials(connection, keys, deployments.trials)
 
 
-def _insert_motions(connection: Connection, foldings: VerdictColumns, motions: MotionBatch) -> None:
+def _upsert(connection: Connection, table: Table, keys: VerdictColumns, values: VerdictColumns) -> None:
+    insert_rows(connection, table, {**keys, **values}, list(values))
+
+
+def _insert_motions(connection: Connection, keys: VerdictColumns, motions: MotionBatch) -> None:
     """Store the motions of the foldings that were planned."""
     planned = [i for i, reason in enumerate(motions.reason) if reason is not None]
     if not planned:
         return
-    columns: VerdictColumns = {name: [values[i] for i in planned] for name, values in foldings.items()}
-    columns |= {
+    paths = [motions.paths[i] for i in planned]
+    columns: VerdictColumns = {
         "flat_pairs": [motions.flat_pairs[i] for i in planned],
         "needed_margin": [millimetres(float(motions.margin[i])) for i in planned],
         "least_gap": [millimetres(float(motions.gap[i])) for i in planned],
-        "slack": [_number(1e3 * float(motions.slack[i])) for i in planned],
-        "states": [0 if (path := motions.paths[i]) is None else len(path) for i in planned],
+        "slack": [_finite(1e3 * float(motions.slack[i])) for i in planned],
+        "states": [0 if path is None else len(path) for path in paths],
         "reason": [motions.reason[i] for i in planned],
         "as_crease": [motions.as_crease[i] if motions.as_crease else None for i in planned],
         **_evidence_columns([motions.evidence[i] if motions.evidence else None for i in planned]),
-        "path": [
-            None if (path := motions.paths[i]) is None else zlib.compress(path.astype("<f8").tobytes()) for i in planned
-        ],
+        "path": [None if path is None else zlib.compress(path.astype("<f8").tobytes()) for path in paths],
     }
-    insert_rows(connection, motion, columns, [name for name in columns if name not in foldings])
+    _upsert(connection, motion, {name: [values[i] for i in planned] for name, values in keys.items()}, columns)
 
 
-def _insert_flight(connection: Connection, foldings: VerdictColumns, numbers: Sequence[FlightNumbers | None]) -> None:
+def _insert_flight(connection: Connection, keys: VerdictColumns, numbers: Sequence[FlightNumbers | None]) -> None:
     """Store the figures of the stage `flight`; those of foldings without any are deleted."""
-    keys = "design_id", "crease", "scene"
-    for key in zip(*(foldings[name] for name in keys), strict=True):
+    for key in zip(*keys.values(), strict=True):
         same = (flight.c[name] == value for name, value in zip(keys, key, strict=True))
         connection.execute(delete(flight).where(*same))
-    known = [i for i, of_folding in enumerate(numbers) if of_folding is not None]
-    columns: VerdictColumns = {name: [foldings[name][i] for i in known] for name in keys}
-    values = [of_folding for of_folding in numbers if of_folding is not None]
-    columns |= {quantity.name: [flight_value(quantity, one) for one in values] for quantity in FLIGHT_QUANTITIES}
+    known = [(i, figures) for i, figures in enumerate(numbers) if figures is not None]
     if known:
-        insert_rows(connection, flight, columns, [name for name in columns if name not in keys])
+        columns = {one.name: [flight_value(one, figures) for _, figures in known] for one in FLIGHT_QUANTITIES}
+        _upsert(connection, flight, {name: [values[i] for i, _ in known] for name, values in keys.items()}, columns)
 
 
 def _evidence_columns(evidence: Sequence[Evidence | None]) -> VerdictColumns:
@@ -304,32 +309,18 @@ def _evidence_columns(evidence: Sequence[Evidence | None]) -> VerdictColumns:
     }
 
 
-def _trial_columns(deployments: DeploymentBatch, foldings: VerdictColumns, name: str) -> VerdictColumns:
-    """Return the columns of `deployment`; lengths in millimetres."""
-    trials = deployments.trials
-    columns: VerdictColumns = {
-        key: [foldings[key][trial.folding] for trial in trials] for key in ("design_id", "crease")
+def _insert_trials(connection: Connection, keys: VerdictColumns, trials: Sequence[Trial]) -> None:
+    """Store deployments, whose keys are those of their foldings and the scene that was simulated."""
+    of_trials = {name: [values[trial.folding] for trial in trials] for name, values in keys.items()}
+    of_trials["base"], of_trials["scene"] = of_trials["scene"], [trial.scene for trial in trials]
+    values: VerdictColumns = {
+        "scene_values": [trial.values for trial in trials],
+        # an error, which is not rounded to a nanometre
+        "closure_error": [_finite(1e3 * trial.closure_error) for trial in trials],
     }
-    columns |= {
-        key: [getattr(t, key) for t in trials]
-        for key in ("scene", "pairs", "springs", "formulation", "method", "status", "reason")
-    }
-    columns |= {key: [getattr(t, key) for t in trials] for key in ("first_contact", "deploy_time", "as_crease")}
-    columns |= {key: [getattr(t, key) for t in trials] for key in ("error_angle", "error_time", "time_saved")}
-    columns["omitted"] = [", ".join(trial.omitted) for trial in trials]
-    columns["base"] = [name] * len(trials)
-    columns["scene_values"] = [trial.values for trial in trials]
-    columns |= {
-        key: [millimetres(getattr(t, key)) for t in trials] for key in ("clearance", "needed_margin", "least_gap")
-    }
-    # overflow after a simulation diverged
-    columns["energy_error"] = [_finite(trial.energy_error) for trial in trials]
-    columns["closure_error"] = [_finite(1e3 * trial.closure_error) for trial in trials]
-    return columns
-
-
-def _number(value: float) -> float | None:
-    return None if math.isnan(value) else value
+    others = [one for one in stored_quantities("deployment").values() if one.name not in {**of_trials, **values}]
+    values |= {one.name: [one.stored(getattr(trial, one.name)) for trial in trials] for one in others}
+    _upsert(connection, deployment, of_trials, values)
 
 
 def _finite(value: float) -> float | None:

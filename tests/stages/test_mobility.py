@@ -175,5 +175,6 @@ def test_best_foldings_have_the_lowest_dof_then_crease():
     }
     words = np.zeros((4, 8), np.int8)
     circuits = CircuitBatch("hex", words, np.ones(4, np.int16))
-    best = best_foldings(StagedDesigns(circuits, np.ones(4), folded, twists, MobilityBatch(**columns)))
+    designs = StagedDesigns(circuits, np.ones(4), folded)
+    best = best_foldings(designs.with_folding_results(twist=twists, mobility=MobilityBatch(**columns)))
     assert best.tolist() == [1, 4, 6, -1]

@@ -239,8 +239,8 @@ def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch
 def test_a_design_has_the_best_verdict_of_its_foldings():
     search, shard = shard_of("hex", 8)
     rows = design_rows(search, shard)
-    for row, word in enumerate(rows.status):
-        own = [rows.folding_status[i] for i in np.flatnonzero(rows.folding_row == row)]
+    for row, word in enumerate(rows.designs["status"]):
+        own = [rows.foldings["status"][i] for i in np.flatnonzero(rows.foldings["row"] == row)]
         known = [other for other in own if other is not None]
         assert word == (min(known, key=STATUSES.index) if known else None)
     own = candidates_of(shard)
@@ -335,7 +335,7 @@ def test_best_foldings_by_status_play_dof_and_crease(monkeypatch, scene, deploys
     circuits = CircuitBatch("hex", words, np.ones(5, np.int16))
     none = np.zeros(len(dof), int)
     mobility = MobilityBatch(0, dof, none, none, none, none, none, locked, hinged)
-    own = StagedDesigns(circuits, np.arange(1, 6), FoldingBatch(rows, creases), None, mobility)
+    own = StagedDesigns(circuits, np.arange(1, 6), FoldingBatch(rows, creases)).with_folding_results(mobility=mobility)
     verdict = Judge(replace(DEFAULT, **scene), IN_A_SCENE[: 1 + deploys])(CandidatePiece("p#0/1", own))
     judged = verdict.verdicts
     assert [f"{word} {crease}" for word, crease in zip(judged.status, judged.best_crease, strict=True)] == expected

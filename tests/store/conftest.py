@@ -9,12 +9,6 @@ def path(tmp_path):
     return tmp_path / "designs.sqlite"
 
 
-@pytest.fixture
-def database(path):
-    with open_database(str(path), create=True) as opened:
-        yield opened
-
-
 @pytest.fixture(scope="session")
 def server():
     """A PostgreSQL server of these tests alone."""
@@ -34,3 +28,16 @@ def name(server):
 def url(server, name):
     """Where that database is, with its password."""
     return server.url(name)
+
+
+@pytest.fixture(params=["sqlite", pytest.param("postgresql", marks=pytest.mark.extra)])
+def place(request):
+    """Where a new database will be: in a file, and on a server."""
+    return str(request.getfixturevalue("path")) if request.param == "sqlite" else request.getfixturevalue("url")
+
+
+@pytest.fixture
+def database(place):
+    """An empty database of either kind, open for writing."""
+    with open_database(place, create=True) as opened:
+        yield opened

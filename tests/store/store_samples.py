@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import sqlalchemy
 
-from hcsearch.designs.records import DesignBatch, StageResult, WorkKey
+from hcsearch.designs.records import NO_NUMBER, DesignBatch, StageResult, WorkKey
+from hcsearch.store import schema
 
+NOT_ALLOWED = r"constraint failed|cannot store|violates \w+[- ]\w* ?constraint"
+"""What SQLite and PostgreSQL say of rows that break a constraint."""
 WORK = WorkKey("hex", 12, "", "all")
 VERSIONS = {"circuits": 1, "foldings": 1, "twist": 1}
 RESULTS = [
@@ -29,25 +33,25 @@ def sample(names, until="twist", creases=CREASES, twists=TWISTS):
     n_designs = len(names)
     chosen = [creases[k % len(creases)] for k in range(n_designs)]
     turns = [twists[k % len(twists)] for k in range(n_designs)]
-    columns = {}
+    designs = {
+        "grid": "hex",
+        "n": 12,
+        "circuit": list(names),
+        "array": [f"hex:array{k // 2}" for k in range(n_designs)],
+        "array_symmetry": np.full(n_designs, 12, np.int64),
+        "symmetry": np.resize(np.array([1, 2, 6], np.int8), n_designs),
+        "n_fixed": np.resize(np.array([12, 6, 2], np.int8), n_designs),
+    }
+    foldings = {}
     if until in ("foldings", "twist"):
-        columns["n_foldings"] = np.array([len(c) for c in chosen], np.int16)
-        columns["folding_row"] = np.repeat(np.arange(n_designs), columns["n_foldings"])
-        columns["folding_crease"] = np.array([c for cs in chosen for c in cs], np.int8)
+        designs["n_foldings"] = np.array([len(c) for c in chosen], np.int16)
+        foldings["row"] = np.repeat(np.arange(n_designs), designs["n_foldings"])
+        foldings["crease"] = np.array([c for cs in chosen for c in cs], np.int8)
     if until == "twist":
-        columns["folding_twist"] = np.array([t for ts in turns for t in ts], np.int16)
-        columns["n_untwisted"] = np.array([ts.count(0) for ts in turns], np.int16)
-        columns["min_twist"] = np.array([min(ts, default=-1) for ts in turns], np.int16)
-    return DesignBatch(
-        grid="hex",
-        n=12,
-        circuit=list(names),
-        array=[f"hex:array{k // 2}" for k in range(n_designs)],
-        array_symmetry=np.full(n_designs, 12, np.int64),
-        symmetry=np.resize(np.array([1, 2, 6], np.int8), n_designs),
-        n_fixed=np.resize(np.array([12, 6, 2], np.int8), n_designs),
-        **columns,
-    )
+        foldings["twist"] = np.array([t for ts in turns for t in ts], np.int16)
+        designs["n_untwisted"] = np.array([ts.count(0) for ts in turns], np.int16)
+        designs["min_twist"] = np.array([min(ts, default=NO_NUMBER) for ts in turns], np.int32)
+    return DesignBatch(designs, foldings)
 
 
 def unit_row(**changes):
@@ -128,6 +132,20 @@ def as_rows(result, kinds=None, chunk=2):
 
     chunks = [result.rows[at : at + chunk] for at in range(0, len(result.rows), chunk)]
     return Rows(result.columns, kinds or (None,) * len(result.columns), iter(chunks))
+
+
+CLOCKS = {"started", "finished", "stage_times", "seconds"}
+
+
+def everything(database):
+    """All rows of all tables, ids included, but for what a clock says."""
+    tables = {}
+    for name, table in schema.metadata.tables.items():
+        columns = [column for column in table.c if column.name not in CLOCKS]
+        with database.reading() as connection:
+            rows = connection.execute(sqlalchemy.select(*columns).order_by(*table.primary_key)).all()
+        tables[name] = [tuple(row) for row in rows]
+    return tables
 
 
 def contents(database):

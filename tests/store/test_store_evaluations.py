@@ -1,4 +1,5 @@
 import pytest
+from store_samples import NOT_ALLOWED
 from store_samples import evaluation_row as row
 
 from hcsearch.basics.errors import DatabaseError
@@ -32,13 +33,13 @@ def test_the_same_again_adds_nothing(database):
 
 def test_an_evaluation_that_cannot_be_leaves_nothing_behind(database):
     for bad in (row(outcome="round"), row(clear=2), row(subject=None)):
-        with pytest.raises(Exception, match="constraint failed"):
+        with pytest.raises(Exception, match=NOT_ALLOWED):
             record_evaluations(database, [row(), bad])
     assert select(database, view="evaluations").rows == ()
 
 
-def test_a_read_only_database_takes_no_evaluations(database, path):
-    with open_readonly(str(path)) as reader, pytest.raises(DatabaseError, match="read-only"):
+def test_a_read_only_database_takes_no_evaluations(database, place):
+    with open_readonly(place) as reader, pytest.raises(DatabaseError, match="read-only"):
         record_evaluations(reader, [row()])
 
 

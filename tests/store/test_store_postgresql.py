@@ -1,7 +1,6 @@
-"""The same store on a PostgreSQL server: what is stored, shown and refused is what SQLite stores, shows and refuses."""
+"""The store on a PostgreSQL server beside one in a file, and what a server alone has: roles, connections, other SQL."""
 
 import gc
-import os
 import random
 import re
 import signal
@@ -14,9 +13,9 @@ import pytest
 import sqlalchemy
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
-from store_samples import VERSIONS, WORK, begin, circuits, record, sample
-from test_store_processes import context, create, record_and_hang, record_own, record_same, run_together
+from store_samples import begin, circuits, everything, record
 from test_store_verdicts import COLLIDES, CUT, DEPLOYS, FLAT, LOCKED, MOVES, PATH, list_designs, row_of, trial
+from test_store_writing import insert_and
 
 from hcsearch.basics.errors import DatabaseError, HcsearchError, QueryError
 from hcsearch.designs.grid import GRIDS, parse_array
@@ -24,8 +23,6 @@ from hcsearch.search.enumeration import ArraySearch, PolygonSearch
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.search.ranking import rank_designs, save_ranks
 from hcsearch.store import (
-    design_rows,
-    finished_batches,
     open_database,
     open_readonly,
     record_scene,
@@ -40,19 +37,6 @@ from tests.judging import judge
 from tests.postgresql import PASSWORD
 
 pytestmark = pytest.mark.extra
-
-CLOCKS = {"started", "finished", "stage_times", "seconds"}
-
-
-def everything(database):
-    """All rows of all tables, ids included, but for what a clock says."""
-    contents = {}
-    for name, table in schema.metadata.tables.items():
-        columns = [column for column in table.c if column.name not in CLOCKS]
-        with database.reading() as connection:
-            rows = connection.execute(sqlalchemy.select(*columns).order_by(*table.primary_key)).all()
-        contents[name] = [tuple(row) for row in rows]
-    return contents
 
 
 def refusal(opener, *args, **options):
@@ -169,43 +153,6 @@ def test_verdicts_are_stored_made_anew_and_deleted_alike(both):
     assert [len(state["motion"]) for state in (before, after)] == [3, 3]
     assert [left[name] for name in ("outcome", "verdict", "motion", "deployment")] == [[], [], [], []]
     assert left["scene"] == after["scene"]
-
-
-def insert_and(database, names, then):
-    """Insert designs, and do something before the transaction ends."""
-    with database.writing() as connection:
-        design_rows.insert_designs(connection, database.location, sample(names))
-        then()
-        design_rows.insert_designs(connection, database.location, sample(names))
-
-
-def test_same_batch_twice_adds_nothing(url):
-    with open_database(url, create=True) as database:
-        record(database, circuits(1, 30))
-        before = everything(database)
-        record(database, circuits(1, 30))
-        after = everything(database)
-        assert {**after, "run": before["run"], "batch": before["batch"]} == before
-
-
-def test_a_failed_batch_leaves_nothing_and_burns_no_id(url):
-    with open_database(url, create=True) as database:
-        record(database, circuits(1, 3))
-        before = everything(database)
-        with pytest.raises(ZeroDivisionError):
-            insert_and(database, circuits(4, 3), lambda: 1 / 0)
-        assert everything(database) == before
-        record(database, circuits(4, 3))
-        assert select(database, columns="id").rows == tuple((k,) for k in range(1, 7))
-        assert select(database, view="runs", columns="id").rows == ((1,), (2,))
-
-
-@pytest.mark.parametrize("text", ["a\tb", "a\\b", "a\nb", "\\N", "", "é'\"%", "a\r"])
-def test_any_text_survives_the_way_to_the_server(url, text):
-    with open_database(url, create=True) as database:
-        record(database, [text])
-    with open_readonly(url) as reader:
-        assert select(reader, columns="circuit").rows == ((text,),)
 
 
 def test_schema_is_the_one_of_the_models(url):
@@ -337,54 +284,6 @@ def test_locked_too_long(url):
         with database.writing():
             assert "is locked by another program: wait" in refusal(begin, second)
         begin(second)
-
-
-@pytest.mark.parametrize("attempt", range(2))
-def test_creating_the_same_database_at_once(url, attempt):
-    run_together(create, url, 3)
-    with open_readonly(url) as reader:
-        assert select(reader, view="runs", columns="id").rows == ((1,), (2,), (3,))
-
-
-def test_recording_different_batches_at_once(url):
-    run_together(record_own, url)
-    with open_readonly(url) as reader:
-        rows = select(reader, columns="id,circuit,n_foldings").rows
-        assert [row[0] for row in rows] == list(range(1, 401))
-        assert len({row[1] for row in rows}) == 400
-        assert len(select(reader, view="foldings").rows) == sum(row[2] for row in rows)
-        assert len(finished_batches(reader, WORK, VERSIONS)) == 40
-
-
-def test_recording_the_same_batches_at_once(url, path):
-    run_together(record_same, url)
-    with open_readonly(url) as reader, open_database(str(path), create=True) as alone:
-        for k in range(20):
-            record(alone, circuits(1 + 9 * k, 9), prefix=str(k))
-        both = [sorted(select(d, columns="circuit,array,n_foldings,min_twist").rows) for d in (reader, alone)]
-        assert both[0] == both[1]
-        sums = [select_sql(d, "SELECT count(*), sum(twist) FROM foldings").rows for d in (reader, opened(path))]
-        assert sums[0] == sums[1]
-        assert finished_batches(reader, WORK, VERSIONS) == finished_batches(alone, WORK, VERSIONS)
-
-
-def opened(path):
-    return open_readonly(str(path))
-
-
-def test_killed_writer_loses_only_the_batch_at_hand(url):
-    ready = context.Barrier(2)
-    worker = context.Process(target=record_and_hang, args=(url, ready, 0))
-    worker.start()
-    ready.wait(30)
-    os.kill(worker.pid, signal.SIGKILL)
-    worker.join(30)
-    with open_readonly(url) as reader:
-        assert len(select(reader).rows) == 30
-        assert select_sql(reader, "SELECT count(*) FROM folding").rows == ((40,),)
-    with open_database(url, create=False) as database:
-        record(database, circuits(31, 30), prefix="q")
-        assert len(select(database).rows) == 60
 
 
 TERMINATE = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{}'"

@@ -545,11 +545,11 @@ def test_kinds_are_those_of_the_stored_values(reader):
 
 
 @pytest.mark.parametrize("file", [file for file in NAMED if file.name != "schema.sql"], ids=lambda file: file.stem)
-def test_named_queries_run(path, database, file):
+def test_named_queries_run(place, database, file):
     record(database, circuits(1, 3))
     record(database, ["hex:999999"], prefix="q", creases=[[2, 3]], twists=[[0, 0]])
     judge(database, [("hex:999999", 2, "movable", None, None)], trials=[COLLIDES])
-    with open_readonly(str(path)) as reader:
+    with open_readonly(place) as reader:
         result = select_sql(reader, file.read_text())
     assert result.rows
     assert len(set(result.columns)) == len(result.columns)

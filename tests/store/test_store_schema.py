@@ -23,6 +23,12 @@ from tests import next_schema
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.fixture
+def place(path):
+    """These tests read what SQLite alone has; `test_store_postgresql.py` has those of a server."""
+    return str(path)
+
+
 def stored_sql(database, kind):
     with database.reading() as connection:
         rows = connection.exec_driver_sql("SELECT name, sql FROM sqlite_schema WHERE type = ?", (kind,)).all()

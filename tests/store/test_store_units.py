@@ -1,4 +1,5 @@
 import pytest
+from store_samples import NOT_ALLOWED
 from store_samples import unit_row as row
 
 from hcsearch.basics.errors import DatabaseError
@@ -28,11 +29,11 @@ def test_units_are_queried_like_designs(database):
 
 def test_a_unit_that_cannot_be_leaves_nothing_behind(database):
     for bad in (row(path="round"), row(merged=2), row(alpha=90.0), row(copies=1)):
-        with pytest.raises(Exception, match="constraint failed"):
+        with pytest.raises(Exception, match=NOT_ALLOWED):
             record_units(database, [row(), bad])
     assert select(database, view="units").rows == ()
 
 
-def test_a_read_only_database_takes_no_units(database, path):
-    with open_readonly(str(path)) as reader, pytest.raises(DatabaseError, match="read-only"):
+def test_a_read_only_database_takes_no_units(database, place):
+    with open_readonly(place) as reader, pytest.raises(DatabaseError, match="read-only"):
         record_units(reader, [row()])

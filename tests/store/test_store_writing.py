@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import Connection
 from sqlalchemy.exc import IntegrityError
-from store_samples import RESULTS, VERSIONS, WORK, begin, circuits, contents, record, sample
+from store_samples import RESULTS, VERSIONS, WORK, begin, circuits, contents, everything, record, sample
 
 from hcsearch.designs.records import StageResult, WorkKey
 from hcsearch.store import (
@@ -17,6 +17,7 @@ from hcsearch.store import (
     finish_run,
     finished_batches,
     open_database,
+    open_readonly,
     record_batches,
     schema,
     select,
@@ -74,9 +75,37 @@ def test_later_stages_show_in_designs(database):
 def test_same_batch_twice_adds_nothing(database):
     names = circuits(1, 30)
     record(database, names)
-    before = select(database), select(database, view="foldings")
+    before, shown = everything(database), (select(database), select(database, view="foldings"))
     record(database, names)
-    assert (select(database), select(database, view="foldings")) == before
+    after = everything(database)
+    assert {**after, "run": before["run"], "batch": before["batch"]} == before
+    assert (select(database), select(database, view="foldings")) == shown
+
+
+@pytest.mark.parametrize("text", ["a\tb", "a\\b", "a\nb", "\\N", "", "é'\"%", "a\r"])
+def test_any_text_survives_the_way_to_the_database(database, place, text):
+    record(database, [text])
+    with open_readonly(place) as reader:
+        assert select(reader, columns="circuit").rows == ((text,),)
+
+
+def insert_and(database, names, then):
+    """Insert designs, and do something before the transaction ends."""
+    with database.writing() as connection:
+        design_rows.insert_designs(connection, database.location, sample(names))
+        then()
+        design_rows.insert_designs(connection, database.location, sample(names))
+
+
+def test_a_failed_batch_leaves_nothing_and_burns_no_id(database):
+    record(database, circuits(1, 3))
+    before = everything(database)
+    with pytest.raises(ZeroDivisionError):
+        insert_and(database, circuits(4, 3), lambda: 1 / 0)
+    assert everything(database) == before
+    record(database, circuits(4, 3))
+    assert select(database, columns="id").rows == tuple((k,) for k in range(1, 7))
+    assert select(database, view="runs", columns="id").rows == ((1,), (2,))
 
 
 def test_empty_batch_is_work_done(database):
@@ -139,7 +168,11 @@ def test_newer_version_refutes_old_foldings(database):
 @pytest.mark.parametrize("n_foldings", [None, np.array([2])])
 def test_search_for_some_foldings_refutes_nothing(database, n_foldings):
     record(database, ["hex:1"], creases=[[0, 1]], twists=[[0, 1]])
-    batch = replace(sample(["hex:1"], creases=[[0]], twists=[[0]]), n_foldings=n_foldings)
+    batch = sample(["hex:1"], creases=[[0]], twists=[[0]])
+    counted = {"n_foldings": n_foldings} if n_foldings is not None else {}
+    batch = replace(
+        batch, designs={name: batch.designs[name] for name in batch.designs if name != "n_foldings"} | counted
+    )
     record_batches(database, begin(database), WORK, [("q", batch, RESULTS)])
     assert len(select(database, view="foldings").rows) == 2
     assert select(database, columns="n_foldings,n_untwisted").rows == ((2, 1),)
@@ -147,7 +180,8 @@ def test_search_for_some_foldings_refutes_nothing(database, n_foldings):
 
 @pytest.mark.parametrize("size", [100, 200])
 def test_opposite_crease_of_long_circuits(database, size):
-    batch = replace(sample(["hex:1"], creases=[[99]], twists=[[0]]), n=size)
+    batch = sample(["hex:1"], creases=[[99]], twists=[[0]])
+    batch = replace(batch, designs={**batch.designs, "n": size})
     record_batches(database, begin(database), WORK, [("p", batch, RESULTS)])
     assert select(database, columns="opposite", view="foldings").rows == ((99 + size // 2,),)
 
@@ -171,7 +205,7 @@ def test_failure_in_the_middle_leaves_nothing(database, monkeypatch):
 
 
 def test_results_without_their_run_leave_nothing(database):
-    with pytest.raises(IntegrityError, match="FOREIGN KEY"):
+    with pytest.raises(IntegrityError, match=r"(?i)foreign key"):
         record_batches(database, 99, WORK, [("p", sample(circuits(1, 3)), RESULTS)])
     assert select(database).rows == ()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,61 +13,72 @@ from numpy.typing import NDArray
 from hcsearch.basics.array_values import ByValue
 from hcsearch.designs.grid import Grid, grid_named
 from hcsearch.designs.grid.step_names import step_digits
-from hcsearch.designs.records import CircuitBatch, DesignBatch, StagedDesigns, StageResult, VerdictBatch
+from hcsearch.designs.records import (
+    NO_NUMBER,
+    CircuitBatch,
+    Columns,
+    DesignBatch,
+    StagedDesigns,
+    StageResult,
+    VerdictBatch,
+)
 from hcsearch.kernels.circuits.words import array_rows, fingerprint_rows, write_rows
 from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene
 from hcsearch.search.enumeration import Search
 from hcsearch.search.stages.circuits import list_shard_circuits
 from hcsearch.search.stages.stage import Stage, run_stages
 from hcsearch.search.stages.statuses import best_foldings, folding_statuses
+from hcsearch.store.columns import stored_quantities
 
 SMALL_CIRCUIT_COUNT = 5_000_000
 """Circuits that one process lists in seconds."""
 
 
 def design_rows(search: Search, designs: StagedDesigns) -> DesignBatch:
-    """Return the rows of a shard: notations of circuits and arrays, orders of groups, foldings and twists."""
+    """Return the rows of a shard: notations of circuits and arrays, orders of groups, and the results of its stages."""
     circuits, foldings, twists = designs.circuits, designs.foldings, designs.twists
     array, array_symmetry = _array_texts(search, circuits)
-    best_crease = folding_status = status = None
-    if foldings is not None and designs.mobility is not None:
-        best = best_foldings(designs)
-        best_crease = np.where(best < 0, -1, foldings.crease[best] if len(foldings) else -1)
-        folding_status = folding_statuses(designs)
-        first = best_foldings(designs, folding_status).tolist()
-        status = [None if k < 0 else folding_status[k] for k in first]
-    n_foldings = n_untwisted = min_twist = None
-    if foldings is not None:
-        n_foldings = np.bincount(foldings.row, minlength=len(circuits))
-    if foldings is not None and twists is not None:
-        n_untwisted = np.bincount(foldings.row[twists == 0], minlength=len(circuits))
-        min_twist = np.full(len(circuits), np.iinfo(np.int16).max, np.int16)
+    columns: dict[str, Any] = {
+        "grid": search.grid.name,
+        "n": search.n,
+        "circuit": circuit_texts(search.grid, circuits.words),
+        "array": array,
+        "array_symmetry": array_symmetry,
+        "symmetry": circuits.symmetry,
+        "n_fixed": len(search.grid.point_group) // circuits.symmetry.astype(np.int64),
+        **_stored("design", designs.of_designs),
+    }
+    if foldings is None:
+        return DesignBatch(columns)
+    of_foldings = {"row": foldings.row, "crease": foldings.crease, **_stored("folding", designs.of_foldings)}
+    columns["n_foldings"] = np.bincount(foldings.row, minlength=len(circuits))
+    if twists is not None:
+        columns["n_untwisted"] = np.bincount(foldings.row[twists == 0], minlength=len(circuits))
+        min_twist = np.full(len(circuits), np.iinfo(np.int16).max, np.int32)
         np.minimum.at(min_twist, foldings.row, twists)
-        min_twist[n_foldings == 0] = -1
-    return DesignBatch(
-        grid=search.grid.name,
-        n=search.n,
-        circuit=circuit_texts(search.grid, circuits.words),
-        array=array,
-        array_symmetry=array_symmetry,
-        symmetry=circuits.symmetry,
-        n_fixed=len(search.grid.point_group) // circuits.symmetry.astype(np.int64),
-        n_foldings=n_foldings,
-        folding_row=None if foldings is None else foldings.row,
-        folding_crease=None if foldings is None else foldings.crease,
-        folding_twist=twists,
-        n_untwisted=n_untwisted,
-        min_twist=min_twist,
-        mobility=designs.mobility,
-        best_crease=best_crease,
-        folding_status=folding_status,
-        status=status,
-    )
+        columns["min_twist"] = np.where(columns["n_foldings"] == 0, NO_NUMBER, min_twist)
+    if designs.mobility is not None:
+        best = best_foldings(designs)
+        columns["best_crease"] = np.where(best < 0, NO_NUMBER, foldings.crease[best] if len(foldings) else NO_NUMBER)
+        statuses = folding_statuses(designs)
+        of_foldings["status"] = statuses
+        first = best_foldings(designs, statuses).tolist()
+        columns["status"] = [None if k < 0 else statuses[k] for k in first]
+    return DesignBatch(columns, of_foldings)
+
+
+def _stored(table: str, results: Columns) -> dict[str, Any]:
+    """Return the columns of a table among results of stages."""
+    stored = stored_quantities(table)
+    columns: dict[str, Any] = {}
+    for name, result in results.items():
+        fields = {name: result} if isinstance(result, np.ndarray) else vars(result)
+        columns |= {field: values for field, values in fields.items() if field in stored}
+    return columns
 
 
 def verdict_rows(designs: StagedDesigns, scene: Scene) -> VerdictBatch:
     """Return the rows of verdicts in a scene on designs whose foldings are all untwisted."""
-    assert designs.motion is not None
     foldings, statuses = designs.folded, folding_statuses(designs, scene)
     best = best_foldings(designs, statuses)
     return VerdictBatch(
@@ -76,9 +88,7 @@ def verdict_rows(designs: StagedDesigns, scene: Scene) -> VerdictBatch:
         folding_row=foldings.row,
         folding_crease=foldings.crease,
         folding_status=[str(word) for word in statuses],
-        motion=designs.motion,
-        deployment=designs.deployment,
-        flight=designs.flight,
+        of_foldings=designs.of_foldings,
     )
 
 

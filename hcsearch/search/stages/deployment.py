@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +18,7 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
     assert designs.mobility is not None
     assert designs.motion is not None
     deployments = deploy_foldings(designs.circuits, designs.folded, designs.mobility.locked, designs.motion.met, scene)
-    return replace(designs, deployment=deployments)
+    return designs.with_folding_results(deployment=deployments)
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +19,7 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
     assert designs.deployment is not None
     movable = np.array([status != "locked" for status in folding_statuses(designs, scene)], bool)
     numbers = flight_of_foldings(designs.circuits, designs.folded, movable, designs.motion, designs.deployment, scene)
-    return replace(designs, flight=numbers)
+    return designs.with_folding_results(flight=numbers)
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:

@@ -213,7 +213,8 @@ def _generic(screws: Reals) -> WholeNumbers:
 
 def _run(designs: StagedDesigns, _scene: Scene) -> StagedDesigns:
     assert designs.twists is not None
-    return replace(designs, mobility=mobility_of_batch(designs.circuits, designs.folded, designs.twists))
+    mobility = mobility_of_batch(designs.circuits, designs.folded, designs.twists)
+    return designs.with_folding_results(mobility=mobility)
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> Flags:

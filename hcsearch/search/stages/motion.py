@@ -122,8 +122,7 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
     assert known is not None
     locks = known.locked, known.locked_hinged
     locks = mobility.locks_with_panel(circuits, foldings, locks, panel_of(scene, circuits.grid))
-    return replace(
-        designs,
+    return designs.with_folding_results(
         mobility=replace(known, locked=locks[0], locked_hinged=locks[1]),
         motion=motions_of_batch(circuits, foldings, locks, scene, budget=designs.budget, searched=designs.searched),
     )

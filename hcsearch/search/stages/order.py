@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from importlib import import_module
 
 from hcsearch.basics.errors import StageError
-from hcsearch.search.stages import circuits, deployment, flight, foldings, mobility, motion, twist
+from hcsearch.basics.vocabulary import STAGE_NAMES
 from hcsearch.search.stages.stage import Stage
 
-STAGES: dict[str, Stage] = {
-    module.STAGE.name: module.STAGE for module in (circuits, foldings, twist, mobility, motion, deployment, flight)
-}
+STAGES: dict[str, Stage] = {name: import_module(f"hcsearch.search.stages.{name}").STAGE for name in STAGE_NAMES}
+"""By name; a stage has a module of its name."""
 
 
 def stages_until(last: str) -> tuple[Stage, ...]:

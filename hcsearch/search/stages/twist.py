@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +12,7 @@ from hcsearch.search.stages.stage import Stage
 
 
 def _run(designs: StagedDesigns, _scene: Scene) -> StagedDesigns:
-    return replace(designs, twists=twist_batch(designs.circuits, designs.folded))
+    return designs.with_folding_results(twist=twist_batch(designs.circuits, designs.folded))
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
