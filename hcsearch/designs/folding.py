@@ -324,9 +324,7 @@ def foldings(circuit: Circuit) -> list[Folding]:
     [Folding.from_notation('hex:0234550132:3'), Folding.from_notation('hex:0234550132:4')]
     """
     expect_kind("the circuit to fold", circuit, Circuit, "a Circuit, such as Circuit.from_notation('hex:0234550132')")
-    words = np.array([circuit.word], np.int8)
-    batch = fold(CircuitBatch(circuit.grid.name, words, np.ones(1, np.int16)))
-    return [Folding(circuit, int(crease)) for crease in batch.crease]
+    return [Folding(circuit, crease) for crease in range(circuit.n // 2) if _folds_at(circuit, crease)]
 
 
 def folding_at(circuits: CircuitBatch, foldings: FoldingBatch, i: int) -> Folding:

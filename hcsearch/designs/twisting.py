@@ -51,10 +51,8 @@ def twist(folding: Folding) -> int:
     0
     """
     _expect_folding(folding)
-    words = np.array([folding.circuit.word], np.int8)
-    circuits = CircuitBatch(folding.circuit.grid.name, words, np.ones(1, np.int16))
-    batch = FoldingBatch(np.zeros(1, np.int32), np.array([folding.crease], np.int16))
-    return int(twist_batch(circuits, batch)[0])
+    turns = folding.circuit.turns
+    return abs(sum(turns[::2]) - sum(turns[1::2])) // folding.circuit.grid.directions
 
 
 def _expect_folding(folding: Folding) -> None:

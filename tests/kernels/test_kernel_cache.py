@@ -36,7 +36,7 @@ from platformdirs.windows import Windows
 import hcsearch.kernels
 from hcsearch.cli.compile import compile_
 from hcsearch.kernels.circuits.words import insert_fingerprints
-from hcsearch.kernels.compiling import cache_folder, compiled, kernel_cache, under_way
+from hcsearch.kernels.compiling import cache_folder, kernel_cache, numba_internals, under_way
 from hcsearch.kernels.compiling.numba_internals import NUMBA_INTERNALS, has_internals
 from hcsearch.kernels.compiling.stamps import kernel_stamp
 
@@ -590,7 +590,7 @@ def test_numba_keeps_kernels_itself_where_a_part_differs(internal, broken):
 def test_kernels_that_numba_keeps_itself_return_the_same(folder, load, monkeypatch):
     expected = load().through(1.0), load().apart(1.0), load().qualified(4.0), load().itself(4)
     kept = set(folder.glob("*"))
-    monkeypatch.setattr(compiled, "has_internals", lambda: False)
+    monkeypatch.setattr(numba_internals, "has_internals", lambda: False)
     module = load()
     assert (module.through(1.0), module.apart(1.0), module.qualified(4.0), module.itself(4)) == expected
     assert isinstance(module.through._cache, FunctionCache)

@@ -19,7 +19,7 @@ import pytest
 from numba.core.caching import FunctionCache, NullCache
 from platformdirs.unix import Unix
 
-from hcsearch.kernels.compiling import cache_folder, compiled
+from hcsearch.kernels.compiling import cache_folder, numba_internals
 from hcsearch.kernels.compiling.own_folders import check_own_folder, is_own_folder, make_own_folder
 
 KERNEL = """
@@ -302,7 +302,7 @@ def test_files_of_kernels_are_for_the_user_alone_to_write(planting, tmp_path, mo
 def test_numba_keeps_kernels_only_where_nobody_else_can_write(
     planting, tmp_path, monkeypatch, give_away, capsys, trouble
 ):
-    monkeypatch.setattr(compiled, "has_internals", lambda: False)
+    monkeypatch.setattr(numba_internals, "has_internals", lambda: False)
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "numba"))
     (tmp_path / "numba").mkdir(mode=0o755)
     kernel = planting.kernel()

@@ -12,9 +12,10 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.algebra import divide_row, row_product, subtract_row
-from hcsearch.kernels.compiling.compiled import compiled
+from hcsearch.kernels.compiling.compiled import compiled, small
 
 
+@small
 @compiled
 def damped_step(jacobian: Reals, residual: Reals, damping: float) -> Reals:
     """Return the x that minimises |J x + r|^2 + |damping x|^2; J : (m, n), r : (m,), damping : above 0.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import add_bracket, scalar_product
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled, lean, small
 
 MAX_EXTREME_RAYS = 2048
 """Greatest number of extreme rays; cones with more are left undecided."""
@@ -59,6 +59,7 @@ def _least_squares(q: Reals, r: Reals, target: Reals, count: int, weights: Reals
         weights[i] = value / r[i, i]
 
 
+@small
 @compiled
 def nonnegative_least_squares(columns: Reals, target: Reals, x: Reals, residual: Reals) -> None:
     """Write the x >= 0 for which sum x_i columns_i is nearest to a target, and the residual (Lawson and Hanson).
@@ -162,6 +163,7 @@ def find_locking_wrench(lines: WholeNumbers, wrench: WholeNumbers) -> bool:
     return True
 
 
+@small
 @compiled
 def cone_rays(columns: Reals, rays: Reals) -> int:
     """Write the extreme rays, each of sum 1, of the cone of x >= 0 with sum x_i columns_i = 0; return their number.

@@ -15,7 +15,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import add_bracket, row_product, solve_factored
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled, lean, small
 
 
 @lean
@@ -68,6 +68,7 @@ def _rotation_vector(pose: Reals, vector: Reals) -> None:
         vector[i] *= scale
 
 
+@small
 @lean
 def close_loops(
     directions: Reals,
@@ -117,6 +118,7 @@ def close_loops(
             residual[row + 3 + i] = pose[i, 3] / size
 
 
+@small
 @compiled
 def bend_loops(starts: WholeNumbers, hinges: WholeNumbers, jacobian: Reals, velocity: Reals, bend: Reals) -> None:
     """Write the second-order closure error of moving with a velocity: the sum over i < j of v_i v_j [S_i, S_j].
