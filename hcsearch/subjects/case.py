@@ -202,6 +202,10 @@ class Case(ABC):
         """Whether paths are planned for it: it has no drive and no formulation that excludes them."""
         return self.drive is None and self.formulation in (None, "constrained")
 
+    def in_variant(self, name: str) -> Case:
+        """Return the case in the variant that the name of a scene ends with; this case without one."""
+        return self
+
     def no_ability(self, ability: str) -> HcsearchError:
         """Return the error for what this kind cannot do."""
         return HcsearchError(f"{self.title} {ability}")

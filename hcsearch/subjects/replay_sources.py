@@ -21,6 +21,7 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.flight.deployed_modes import DeployedModes
 from hcsearch.subjects.replay import Replay, thin_states
+from hcsearch.subjects.stored_designs import StoredDesign
 from hcsearch.subjects.stored_scenes import stored_scene
 from hcsearch.system.terminal import short_number
 
@@ -174,6 +175,15 @@ def replay_of_stored_path(path: store.StoredPath, folding: Folding, panel: Panel
     if linkage is None:
         raise _damaged(location, folding.circuit, path)
     return _replay_of(path, folding, linkage)
+
+
+def replay_in(design: StoredDesign, folding: Folding) -> Replay | None:
+    """Return the replay of the path of a folding that its design has in a database; None without one."""
+    path = next((path for path in design.paths if path.crease == folding.crease), None)
+    if path is None:
+        return None
+    panel = panel_of(design.values, folding.circuit.grid.name)
+    return replay_of_stored_path(path, folding, panel, design.location)
 
 
 def stored_replays(

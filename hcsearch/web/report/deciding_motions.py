@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
 from hcsearch.store import Database
+from hcsearch.subjects.case import Case
 from hcsearch.subjects.names import deployment_scene_name
 from hcsearch.subjects.replay import Replay
 from hcsearch.subjects.replay_sources import replay_of_deployment
@@ -22,27 +23,31 @@ from hcsearch.web.report.script_data import design_id_of, drawn_crease, first_de
 from hcsearch.web.report.templating import scene_option_text
 
 
-class DecidingDeployment(NamedTuple):
-    """The deployment by which a folding has its status, and its replay."""
+class TriedDeployment(NamedTuple):
+    """A deployment in a variant of a scene, whose name this is, and its replay."""
 
+    scene: str
     deployment: Deployment
     replay: Replay
 
 
-def deciding_deployment(
-    database: Database, notation: str, folding: ViewRow, deployments: Sequence[ViewRow]
-) -> DecidingDeployment | None:
-    """Simulate the deployment by which a folding has the status `deploys`; None of a folding of another status.
+def best_tried_deployment(case: Case, folding: ViewRow, deployments: Sequence[ViewRow]) -> TriedDeployment | None:
+    """Simulate the best stored deployment of a folding; None without one.
 
     folding : its row of `foldings`. deployments : its deployments. HcsearchError where its scene does not suit it.
     """
-    best, verdict = best_deployment(deployments), verdict_of_row(folding, deployments)
-    if best is None or verdict is None or verdict.status != "deploys":
+    best = best_deployment(deployments)
+    if best is None:
         return None
-    case = resolve(notation, database, scene=deployment_scene_name(best, verdict))
-    deployment = simulate_deployment(case.linkage, case.setup, case.formulation or "constrained")
-    replay = replay_of_deployment(deployment, notation, reason=str(best["reason"]))
-    return DecidingDeployment(deployment, replay)
+    name = deployment_scene_name(best, verdict_of_row(folding, deployments))
+    tried = case.in_variant(name)
+    deployment = simulate_deployment(tried.linkage, tried.setup, tried.formulation or "constrained")
+    return TriedDeployment(name, deployment, replay_of_deployment(deployment, case.title, reason=str(best["reason"])))
+
+
+def deciding_deployment(case: Case, folding: ViewRow, deployments: Sequence[ViewRow]) -> TriedDeployment | None:
+    """Simulate the deployment by which a folding has the status `deploys`; None of a folding of another status."""
+    return best_tried_deployment(case, folding, deployments) if folding.get("status") == "deploys" else None
 
 
 def with_first_motion(data: ReportData, database: Database) -> ReportData:
@@ -56,11 +61,11 @@ def with_first_motion(data: ReportData, database: Database) -> ReportData:
     if row is None or key not in data.players:
         return data
     with suppress(HcsearchError):  # the path plays on
-        notation, deployments = f"{design['circuit']}:{crease}", data.deployments.get(key, ())
-        deciding = deciding_deployment(database, notation, row, deployments)
+        case = resolve(f"{design['circuit']}:{crease}", database, scene=data.scene)
+        deciding = deciding_deployment(case, row, data.deployments.get(key, ()))
         if deciding is not None:
             players: Mapping[Any, Any] = {**data.players, key: payload_of(deciding.replay)}
             options = scene_option_text(deciding.deployment.compiled.setup.name, data.database_option)
-            accuracy = accuracy_of_deployment(deciding.deployment, f"hcsearch accuracy {notation}{options}")
+            accuracy = accuracy_of_deployment(deciding.deployment, f"hcsearch accuracy {case.title}{options}")
             data = replace(data, players=players, accuracy=accuracy)
     return data

@@ -16,7 +16,7 @@ from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize, panel_text
 from hcsearch.designs.twisting import twist
 from hcsearch.export.bill_items import BillOfMaterials, bill_of_case
-from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.flight.flight_figures import modes_of
 from hcsearch.springs.flight.flight_sheet import FlightSheet
 from hcsearch.springs.flight.review import review
@@ -24,13 +24,14 @@ from hcsearch.springs.flight.rules import read_rules
 from hcsearch.springs.flight.stowage import Stowage, stowage_of
 from hcsearch.subjects.design_cases import CircuitCase, FoldingCase
 from hcsearch.subjects.mechanisms import Freedoms, freedoms_of, lock_sentences
-from hcsearch.subjects.names import deployment_scene_name, way_option_text
+from hcsearch.subjects.names import way_option_text
 from hcsearch.subjects.replay import Replay
-from hcsearch.subjects.replay_sources import replay_of_deployment, replay_of_mode, replay_of_stored_path
+from hcsearch.subjects.replay_sources import replay_in, replay_of_deployment, replay_of_mode
 from hcsearch.subjects.stored_designs import StoredDesign
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.accuracy_section import ShownAccuracy, accuracy_of_deployment
 from hcsearch.web.report.data import ViewRow
+from hcsearch.web.report.deciding_motions import best_tried_deployment
 from hcsearch.web.report.lead_sentences import design_sentence
 from hcsearch.web.report.motion_plots import marks_of_motion, plots_of
 from hcsearch.web.report.plots import DrawnPlot
@@ -217,7 +218,7 @@ def _motions(case: FoldingCase, subject: str, stored: StoredDesign | None) -> li
     Of stored results, the path is the stored one, and the motion that of the best deployment.
     """
     motions: list[ShownMotion] = []
-    path, option = _path(case, stored)
+    path, option = (_planned_path(case), "") if stored is None else _stored_path(case, stored)
     if path is not None:
         motions.append(_path_motion(path, f"hcsearch drive {subject}{option}"))
     springs = _computed_springs(case, subject) if stored is None else _stored_springs(case, stored)
@@ -226,23 +227,20 @@ def _motions(case: FoldingCase, subject: str, stored: StoredDesign | None) -> li
     return motions
 
 
-def _path(case: FoldingCase, stored: StoredDesign | None) -> tuple[Replay | None, str]:
-    """Return the stored path of a folding, else a planned one, and the option with which `drive` finds it."""
-    if stored is None:
-        with suppress(HcsearchError):  # there is no path, or the case has drives
-            return case.replay("path")[0], ""
-        return None, ""
-    path = next((path for path in stored.paths if path.crease == case.folding.crease), None)
-    if path is None:
-        return None, ""
-    verdict = verdict_of_row(stored.folding_row(path.crease), stored.deployments_of(path.crease))
-    is_other = (
-        verdict is not None
-        and verdict.deployed_variant is not None
-        and verdict.deployed_variant.pairs != verdict.path_flat_pairs
-    )
+def _planned_path(case: FoldingCase) -> Replay | None:
+    with suppress(HcsearchError):  # there is no path, or the case has drives
+        return case.replay("path")[0]
+    return None
+
+
+def _stored_path(case: FoldingCase, stored: StoredDesign) -> tuple[Replay | None, str]:
+    """Return the stored path of a folding, and the option with which `drive` finds it."""
+    crease = case.folding.crease
+    verdict = verdict_of_row(stored.folding_row(crease), stored.deployments_of(crease))
+    deployed = None if verdict is None else verdict.deployed_variant
+    is_other = verdict is not None and deployed is not None and deployed.pairs != verdict.path_flat_pairs
     option = way_option_text(verdict.path_flat_pairs) if verdict is not None and is_other else ""
-    return replay_of_stored_path(path, case.folding, case.panel, stored.location), option
+    return replay_in(stored, case.folding), option
 
 
 def _computed_springs(case: FoldingCase, subject: str) -> ShownMotion | None:
@@ -261,21 +259,18 @@ def _computed_springs(case: FoldingCase, subject: str) -> ShownMotion | None:
 def _stored_springs(case: FoldingCase, stored: StoredDesign) -> ShownMotion | None:
     """Return the motion of the best deployment of a folding; a folding that no stage has seen is simulated."""
     row, deployments = stored.folding_row(case.folding.crease), stored.deployments_of(case.folding.crease)
-    best, verdict = best_deployment(deployments), verdict_of_row(row, deployments)
+    best, tried = best_deployment(deployments), None
     if best is None:
         option = scene_option_text(stored.scene, stored.location_option)
         return None if stored.row["foldings"] else _computed_springs(case, f"{case.folding.notation}{option}")
-    name = deployment_scene_name(best, verdict)
-    try:
-        tried = case.in_variant(name)
-        deployment = simulate_deployment(tried.linkage, tried.setup, tried.formulation or "constrained")
-    except HcsearchError:
+    with suppress(HcsearchError):
+        tried = best_tried_deployment(case, row, deployments)
+    if tried is None:
         return None
-    replay = replay_of_deployment(deployment, case.folding.notation, reason=str(best["reason"]))
-    command = f"hcsearch deploy {case.folding.notation}{scene_option_text(name, stored.location_option)}"
+    command = f"hcsearch deploy {case.folding.notation}{scene_option_text(tried.scene, stored.location_option)}"
     flat_time = cast("float | None", best["deploy_time"])
-    motion = _springs_motion(replay, deployment, command, play_of_row(best), flat_time)
-    return replace(motion, shows="deploys" if verdict is not None and verdict.status == "deploys" else "")
+    motion = _springs_motion(tried.replay, tried.deployment, command, play_of_row(best), flat_time)
+    return replace(motion, shows="deploys" if row.get("status") == "deploys" else "")
 
 
 def _path_motion(path: Replay, command: str) -> ShownMotion:

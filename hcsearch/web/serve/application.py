@@ -159,10 +159,10 @@ class Application:
 
     def _motion(self, request: Request, number: int, crease: int) -> Response:
         scene = self._scene_of(request)
-        circuit = self._circuit(number)
+        self._circuit(number)  # raises without a known design
         if (number, crease) not in foldings_with_paths(self.database, [number], scene):
             raise MissingError(f"the database has no path of folding {crease} of design {number} in the scene {scene}")
-        text = self._computed(jobs.stored_motion_json, circuit, number, crease, scene)
+        text = self._computed(jobs.motion_data, f"{number}:{crease}", scene)
         return Response(text, mimetype="application/json")
 
     def _assemblies(self, request: Request) -> Response:

@@ -18,15 +18,13 @@ from typing import Any, Generic, TypeVar
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import ReplaySource
-from hcsearch.designs.circuit import Circuit
 from hcsearch.export.export_files import export_files
 from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat
 from hcsearch.export.settings import ExportSettings
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
-from hcsearch.store import open_readonly
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.design_cases import CircuitCase
-from hcsearch.subjects.replay_sources import stored_replays
+from hcsearch.subjects.replay_sources import replay_in
 from hcsearch.web.serve.requests import ListRequest, design_address, list_address_of
 
 
@@ -88,23 +86,34 @@ class _LinkedPages:
         return design_address(self.named, self.scene, f"{below}/export{form.endings[0]}", **choice)
 
 
-def stored_motion_json(db: str, circuit: Circuit, number: int, crease: int, scene: str) -> str:
-    """Return the deployment that gave a folding with a path its status, else the path, as data of the player."""
-    from hcsearch.web.player import motion_json  # noqa: PLC0415 - the engine
-    from hcsearch.web.report.data import deployments_of, foldings_of  # noqa: PLC0415 - the engine
-    from hcsearch.web.report.deciding_motions import deciding_deployment  # noqa: PLC0415 - the engine
+def motion_data(db: str, name: str, scene: str) -> str:
+    """Return the motion of a stored folding with a path, as data of the player."""
+    from hcsearch.subjects.resolve import resolve  # noqa: PLC0415 - the engine
 
-    with open_readonly(db) as database:
-        for path, replay in stored_replays(database, {number: circuit}, scene):
-            if path.crease == crease:
-                rows = foldings_of(database, [number], scene).get(number, ())
-                deployments = deployments_of(database, [number], scene).get((number, crease), ())
-                row = next((row for row in rows if row["crease"] == crease), {})
-                deciding = None
-                with suppress(HcsearchError):  # its scene does not suit it: the path plays
-                    deciding = deciding_deployment(database, f"{circuit.notation}:{crease}", row, deployments)
-                return motion_json(replay if deciding is None else deciding.replay)
-    raise HcsearchError(f"the path of folding {crease} is no longer in the database: open the list again")
+    return resolve(name, db, scene=scene, extent="page").page(_DecidingMotion())
+
+
+class _DecidingMotion:
+    """Makes data of the player instead of pages."""
+
+    def design_page(self, design: CircuitCase) -> str:
+        """Return the deployment that gave a folding with a path its status, else the path."""
+        from hcsearch.web.player import motion_json  # noqa: PLC0415 - the engine
+        from hcsearch.web.report.deciding_motions import deciding_deployment  # noqa: PLC0415 - the engine
+
+        (case,), stored = design.cases, design.stored
+        crease = case.folding.crease
+        path = None if stored is None else replay_in(stored, case.folding)
+        if stored is None or path is None:
+            raise HcsearchError(f"the path of folding {crease} is no longer in the database: open the list again")
+        deciding = None
+        with suppress(HcsearchError):  # its scene does not suit it: the path plays
+            deciding = deciding_deployment(case, stored.folding_row(crease), stored.deployments_of(crease))
+        return motion_json(path if deciding is None else deciding.replay)
+
+    def linkage_page(self, case: Case) -> str:
+        """Refuse what is no design."""
+        raise HcsearchError(f"{case.title} is no folding with a path")
 
 
 def _formats(*of: str) -> list[ExportFormat]:
