@@ -18,7 +18,7 @@ from hcsearch.store.judgements import find_paths as find_paths
 from hcsearch.store.judgements import find_verdict as find_verdict
 from hcsearch.store.judgements import foldings_with_paths as foldings_with_paths
 from hcsearch.store.location import room_at as room_at
-from hcsearch.store.accuracies import simulation_accuracy as simulation_accuracy
+from hcsearch.store.summaries import simulation_accuracy as simulation_accuracy
 from hcsearch.store.queries import SlowQueryError as SlowQueryError
 from hcsearch.store.queries import count_rows as count_rows
 from hcsearch.store.queries import select_page as select_page
@@ -47,7 +47,7 @@ from hcsearch.store.verdicts import record_settled as record_settled
 from hcsearch.store.verdicts import record_verdicts as record_verdicts
 from hcsearch.store.verdicts import scene_names as scene_names
 from hcsearch.store.verdicts import undecided as undecided
-from hcsearch.store.verdicts import undecided_simulations as undecided_simulations
+from hcsearch.store.summaries import undecided_simulations as undecided_simulations
 from hcsearch.store.views import SCENIC as SCENIC
 from hcsearch.store.views import asks_for as asks_for
 from hcsearch.store.runs import count_arrays as count_arrays

@@ -31,7 +31,6 @@ from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.grid import GRIDS, grid_named, parse_array
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.scenes.envelopes import box_placements, envelope_sides
-from hcsearch.store.column_labels import with_column_names
 from hcsearch.store.columns import VIEWS, column_names
 from hcsearch.store.quantity import Quantity
 from hcsearch.store.views import SCENIC, select_view_in
@@ -43,6 +42,7 @@ MAX_NESTING_DEPTH = 15
 EXAMPLE_CONDITIONS = "write conditions as in 'grid=hex n=12 (untwisted or dof<=6) not status=locked'"
 
 _CONDITION = re.compile(r"([A-Za-z_][A-Za-z_0-9]*)(?:(<=|>=|!=|=|<|>)(.*)|(?=[()]|$))", re.DOTALL)
+_SPACED_SIGN = re.compile(r"(?<!\s)\s*(<=|>=|!=|=|<|>)\s*")
 _WORDS = ("and", "or", "not")
 FITS = "fits"
 """The condition on the three columns of the stowed box; no column has this name."""
@@ -100,6 +100,26 @@ def parse_conditions(query: str, view: str = "designs") -> ConditionTree:
     if reader.next is not None:
         raise QueryError(f"a bracket closes where none is open: {EXAMPLE_CONDITIONS}")
     return tree
+
+
+def with_column_names(query: str, view: str) -> str:
+    """Return a query with labels of columns, and names in any case, replaced by names, and no space around signs.
+
+    The longest label that fits is taken. Values are not replaced. `named` of grammar.js does the same on pages.
+    """
+    labels, names = _labels_of(view)
+    tight = _SPACED_SIGN.sub(r"\1", query)
+    # some letters beyond ASCII match one of a name without regard to case, as U+017F does `s`
+    return labels.sub(lambda match: names.get(" ".join(match[0].lower().split()), match[0]), tight)
+
+
+@cache
+def _labels_of(view: str) -> tuple[re.Pattern[str], dict[str, str]]:
+    """Return a pattern of all names and labels of the columns of a view, and the name by each in lower case."""
+    names = {text.lower(): quantity.name for quantity in VIEWS[view] for text in (quantity.title, quantity.name)}
+    longest_first = sorted(names, key=len, reverse=True)
+    any_label = "|".join(re.escape(text).replace(r"\ ", r"\s+") for text in longest_first)
+    return re.compile(rf"(?<![^\s(])(?:{any_label})(?=[<>=!\s()]|$)", re.IGNORECASE), names
 
 
 def _tokens(query: str) -> Iterator[Condition | str]:

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Integer, Text, and_, bindparam, delete, distinct, func, select, update
+from sqlalchemy import ColumnElement, Connection, and_, bindparam, delete, distinct, func, select, update
 
 from hcsearch.basics.errors import DatabaseError
 from hcsearch.designs.records import DesignBatch, StageResult, WorkKey
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store.columns import FUNNEL_COLUMNS
+from hcsearch.store.columns import FUNNEL_COLUMNS, stored_quantities
 from hcsearch.store.database import Database
 from hcsearch.store.design_rows import insert_designs, insert_rows
 from hcsearch.store.failures import retry_if_changed
@@ -160,10 +160,7 @@ def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
-_EVALUATION_KINDS: list[ColumnKind] = [
-    "text" if isinstance(column.type, Text) else "integer" if isinstance(column.type, Integer) else "real"
-    for column in evaluation.columns
-]
+_EVALUATION_KINDS = {one.name: one.kind for one in stored_quantities("evaluation").values()}
 _UNIT_KEY = ("circuit", "crease", "alpha", "shape", "merged", "placements")
 
 
@@ -189,7 +186,8 @@ def find_evaluations(database: Database, subject: str) -> list[Mapping[str, Any]
     """Return all evaluations of a subject as named columns of the table; DatabaseError for damaged values."""
     with database.reading() as connection:
         rows = connection.execute(select(evaluation).where(evaluation.c.subject == subject)).all()
-    check_values(database.location, evaluation.columns.keys(), _EVALUATION_KINDS, rows)
+    names = [column.name for column in evaluation.columns]
+    check_values(database.location, names, [_EVALUATION_KINDS.get(name, "real") for name in names], rows)
     return [dict(row._mapping) for row in rows]
 
 

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Select, case, distinct, func
+from sqlalchemy import ColumnElement, Connection, Select, and_, case, distinct, func
 from sqlalchemy import select as sql_select
 
-from hcsearch.basics.simulation_accuracy import SimulationAccuracy
+from hcsearch.basics.simulation_accuracy import SimulationAccuracy, TrialAccuracy, accuracy_of_trials
+from hcsearch.basics.undecided_simulations import undecided_counts
 from hcsearch.basics.vocabulary import Status
+from hcsearch.designs.records import WorkKey
 from hcsearch.scenes import DEFAULT_SCENE_NAME
-from hcsearch.store.accuracies import accuracy_of_deployments
 from hcsearch.store.columns import VIEWS, column_names
 from hcsearch.store.conditions import find_quantity, parse_query, view_table
 from hcsearch.store.database import Database
@@ -22,7 +23,7 @@ from hcsearch.store.failures import retry_if_changed
 from hcsearch.store.quantity import ColumnKind
 from hcsearch.store.queries import check_scene, limited_reading, order_of, sort_key
 from hcsearch.store.rows import Result, checked_rows, parts_of_ids
-from hcsearch.store.verdicts import simulations_of
+from hcsearch.store.schema import deployment, design, verdict
 
 _SCENE_COLUMN = {"motions": "scene", "deployments": "base"}
 """By view with rows of all scenes: the column with the scene whose verdict a row serves."""
@@ -172,3 +173,55 @@ def rows_of_designs(
             of_part = statement.where(source.c.design_id.in_(part))
             rows += checked_rows(connection, database.location, of_part, kinds)
     return Result(column_names(view), tuple(rows)).records()
+
+
+@retry_if_changed
+def undecided_simulations(database: Database, work: WorkKey) -> dict[str, int]:
+    """Return the number of foldings of a run that no simulation decides in its scene, by the ending of the first one.
+
+    Foldings that some springs deploy are left out.
+    """
+    with database.reading() as connection:
+        return simulations_of(connection, ids_of_run(work), work.scene)
+
+
+def ids_of_run(work: WorkKey) -> Select[Any]:
+    """Return the SELECT of the ids of the designs of a run."""
+    conditions = [design.c.grid == work.grid, design.c.n == work.n]
+    if work.target:
+        conditions.append(design.c.array == work.target)
+    return sql_select(design.c.id).where(*conditions)
+
+
+def simulations_of(connection: Connection, ids: Select[Any], name: str) -> dict[str, int]:
+    """As `undecided_simulations`, of the designs with some ids in the scene of a name."""
+    same = and_(verdict.c.design_id == deployment.c.design_id, verdict.c.crease == deployment.c.crease)
+    rows = connection.execute(
+        sql_select(deployment.c.design_id, deployment.c.crease, deployment.c.reason)
+        .select_from(deployment.join(verdict, and_(same, verdict.c.scene == deployment.c.base)))
+        .where(deployment.c.base == name, deployment.c.status == "undecided", verdict.c.status != "deploys")
+        .where(deployment.c.design_id.in_(ids))
+        .order_by(deployment.c.design_id, deployment.c.crease, deployment.c.scene == name)
+    )
+    # of several trials that in the scene as written counts, which comes last
+    return undecided_counts({(design_id, crease): reason for design_id, crease, reason in rows})
+
+
+@retry_if_changed
+def simulation_accuracy(database: Database, work: WorkKey) -> SimulationAccuracy:
+    """Return the accuracy of the deployments of the designs of a run in its scene."""
+    with database.reading() as connection:
+        return accuracy_of_deployments(connection, ids_of_run(work), work.scene)
+
+
+def accuracy_of_deployments(connection: Connection, ids: Select[Any], name: str) -> SimulationAccuracy:
+    """Return the accuracy of the deployments of the designs with some ids, for the scene of a name.
+
+    Deployments that were taken over from congruent foldings, and those of before the columns, are left out.
+    """
+    rows = connection.execute(
+        sql_select(deployment.c.time_saved, deployment.c.status, deployment.c.deploy_time, deployment.c.error_time)
+        .where(deployment.c.base == name, deployment.c.as_crease.is_(None), deployment.c.time_saved.is_not(None))
+        .where(deployment.c.design_id.in_(ids))
+    )
+    return accuracy_of_trials(TrialAccuracy(*row) for row in rows)

@@ -9,10 +9,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, Select, Table, and_, case, delete, func, select
+from sqlalchemy import Connection, Table, and_, case, delete, func, select
 
 from hcsearch.basics.errors import DatabaseError, SceneError
-from hcsearch.basics.undecided_simulations import undecided_counts
 from hcsearch.basics.vocabulary import STATUSES, millimetres
 from hcsearch.designs.records import (
     Evidence,
@@ -170,38 +169,6 @@ def undecided(database: Database, work: WorkKey, budget: int | None = None) -> l
     with database.reading() as connection:
         rows = connection.execute(statement.where(*conditions).order_by(design.c.id, verdict.c.crease))
         return [Undecided(*row) for row in rows]
-
-
-@retry_if_changed
-def undecided_simulations(database: Database, work: WorkKey) -> dict[str, int]:
-    """Return the number of foldings of a run that no simulation decides in its scene, by the ending of the first one.
-
-    Foldings that some springs deploy are left out.
-    """
-    with database.reading() as connection:
-        return simulations_of(connection, ids_of_run(work), work.scene)
-
-
-def ids_of_run(work: WorkKey) -> Select[Any]:
-    """Return the SELECT of the ids of the designs of a run."""
-    conditions = [design.c.grid == work.grid, design.c.n == work.n]
-    if work.target:
-        conditions.append(design.c.array == work.target)
-    return select(design.c.id).where(*conditions)
-
-
-def simulations_of(connection: Connection, ids: Select[Any], name: str) -> dict[str, int]:
-    """As `undecided_simulations`, of the designs with some ids in the scene of a name."""
-    same = and_(verdict.c.design_id == deployment.c.design_id, verdict.c.crease == deployment.c.crease)
-    rows = connection.execute(
-        select(deployment.c.design_id, deployment.c.crease, deployment.c.reason)
-        .select_from(deployment.join(verdict, and_(same, verdict.c.scene == deployment.c.base)))
-        .where(deployment.c.base == name, deployment.c.status == "undecided", verdict.c.status != "deploys")
-        .where(deployment.c.design_id.in_(ids))
-        .order_by(deployment.c.design_id, deployment.c.crease, deployment.c.scene == name)
-    )
-    # of several trials that in the scene as written counts, which comes last
-    return undecided_counts({(design_id, crease): reason for design_id, crease, reason in rows})
 
 
 def _ids(connection: Connection, database: Database, circuits: Sequence[str]) -> list[int]:

@@ -17,8 +17,8 @@ from hcsearch.search.enumeration import search_all
 from hcsearch.search.pipeline import Plan, run_into
 from hcsearch.search.stages.order import check_keep
 from hcsearch.store import find_design, open_database, open_readonly, save_scores, schema, select, select_sql
-from hcsearch.store.column_labels import with_column_names
 from hcsearch.store.columns import VIEWS, column_names
+from hcsearch.store.conditions import with_column_names
 from tests.judging import judge
 
 NAMED = sorted((Path(__file__).parents[2] / "db").glob("*.sql"))

@@ -293,12 +293,12 @@ def test_a_scene_that_was_never_run_is_refused(listed):
         select(listed, scene="moon, 70x70x6")
 
 
-@pytest.mark.parametrize("name", ["eart", "low moon", "low moon, 70x70x6"])
-def test_a_scene_that_there_is_not_is_run_from_a_file_of_its_own(listed, name):
+@pytest.mark.parametrize("scene", ["eart", "low moon", "low moon, 70x70x6"])
+def test_a_scene_that_there_is_not_is_run_from_a_file_of_its_own(listed, scene):
     judge(listed, [FLAT])
     own = "name one of these with --scene, or for a scene of your own run `hcsearch enumerate --scene FILE.toml`"
     with pytest.raises(SceneError, match=own):
-        select(listed, scene=name)
+        select(listed, scene=scene)
 
 
 def test_the_default_scene_may_be_asked_about_before_it_was_run(listed):
@@ -306,11 +306,11 @@ def test_the_default_scene_may_be_asked_about_before_it_was_run(listed):
     assert len(select(listed, scene="default").rows) == 3
 
 
-@pytest.mark.parametrize("name", ["o'brien", "a :b", "%s", "100%", '"', "\\", "'; DROP TABLE design; --"])
-def test_any_name_of_a_scene_is_a_value(listed, name):
-    judge(listed, [FLAT], name)
-    assert row_of(listed, name) == ["deploys", 1, 1.5, 0.5, *PATH]
-    with pytest.raises(SceneError, match=re.escape(f"its scenes are: {shlex.quote(name)}; name one of these")):
+@pytest.mark.parametrize("scene", ["o'brien", "a :b", "%s", "100%", '"', "\\", "'; DROP TABLE design; --"])
+def test_any_name_of_a_scene_is_a_value(listed, scene):
+    judge(listed, [FLAT], scene)
+    assert row_of(listed, scene) == ["deploys", 1, 1.5, 0.5, *PATH]
+    with pytest.raises(SceneError, match=re.escape(f"its scenes are: {shlex.quote(scene)}; name one of these")):
         row_of(listed)
 
 
