@@ -10,7 +10,16 @@ from hypothesis import strategies as st
 from hcsearch.basics.errors import ArrayError, HcsearchError, InputFileError, NotationError, SizeError
 from hcsearch.designs.grid import GRIDS, Array, grid_named, parse_array
 from hcsearch.designs.grid.arrays import MAX_CELLS, cell_form
+from tests.documents import ROOT
 from tests.strategies import arrays
+
+
+@pytest.mark.parametrize("grid", GRIDS.values(), ids=GRIDS)
+def test_the_reference_says_of_each_grid_what_its_entry_says(grid):
+    page = (ROOT / "docs" / "reference" / "grids.md").read_text(encoding="utf-8")
+    row = re.search(rf"^\| `{grid.name}` \| (.*) \|$", page, re.MULTILINE)[1].split(" | ")
+    length = grid.given_edge or ("length and width" if grid.stretched else "side")
+    assert [row[1], *row[3:]] == [length, str(grid.kinds), str(len(grid.point_group))]
 
 
 @given(arrays())

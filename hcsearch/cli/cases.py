@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def _given_edges() -> str:
-    """Return which edge's length is given of the panels of each grid with several, such as `the leg of right45`."""
+    """Return which edge's length is given of the panels of each grid with several, such as `the leg of obtuse`."""
     edges = dict.fromkeys(grid.given_edge for grid in GRIDS.values() if grid.given_edge)
     of_grids = {edge: [grid.name for grid in GRIDS.values() if grid.given_edge == edge] for edge in edges}
     return ", ".join(f"the {edge} of {listed(names, 'and')}" for edge, names in of_grids.items())

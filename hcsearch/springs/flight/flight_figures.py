@@ -66,7 +66,7 @@ def root_of(travel: Travel) -> int:
 
 
 def travel_margins(travel: Travel, resistance: Reals | None = None) -> PathMargins:
-    """Return the torque margins at the states of a travel; resistance : (n_hinges,), N m, that of the scene if None."""
+    """Return the torque margins at the states of a travel; resistance : (n_hinges,), N m, of the scene if None."""
     return margins_along(
         travel.rates,
         law_torques(travel.setup.laws, travel.states),
