@@ -7,7 +7,7 @@ import pytest
 
 from hcsearch.kernels.enclosure.refutation import BOX_CLOSED, BOX_EMPTY, estimate_box_count, new_refutation
 from hcsearch.kernels.enclosure.wandering import MAX_WALK_STEP, climb_angles
-from hcsearch.motion.locks import partition, regions
+from hcsearch.motion.locks import boxes, regions
 from hcsearch.motion.locks.boxes import MAX_BOX_ANGLE, BoxFace, box_faces, states_in
 from hcsearch.motion.locks.enclosures import rings_of
 from hcsearch.motion.locks.regions import Region
@@ -160,7 +160,7 @@ def test_an_estimate_ends_at_a_closed_state():
 def test_cuts_enclose_an_end_too(name, side, anew, at_once, monkeypatch):
     monkeypatch.setattr(regions, "MAX_NESTED_MET_STATES", 0)
     monkeypatch.setattr(regions, "MAX_STATES_BEFORE_RECUT", at_once)
-    monkeypatch.setattr(partition, "MAX_RECUTS", anew)
+    monkeypatch.setattr(boxes, "MAX_RECUTS", anew)
     linkage = joined(name, "hinged")
     region, met = region_of(linkage, side, 1_000, climbs=100 if anew > 1 else 0), []
     take_in = Region._take_in
