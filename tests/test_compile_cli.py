@@ -5,6 +5,7 @@ import subprocess
 import sys
 import time
 
+import numba
 import pytest
 from click.testing import CliRunner
 
@@ -13,7 +14,9 @@ from hcsearch.cli import hcsearch, progress
 from hcsearch.kernels.circuits.words import fingerprint_rows, insert_fingerprints
 from hcsearch.kernels.collision.clearance_search import judge_clearance
 from hcsearch.kernels.compiling import under_way
+from hcsearch.kernels.compiling.cache_folder import writable_folder
 from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
+from hcsearch.kernels.deployment_batch import check_foldings
 from hcsearch.kernels.multibody.simulation import continue_simulation
 from hcsearch.kernels.multibody.stops import update_held_joints
 
@@ -33,10 +36,9 @@ def samples(monkeypatch):
         started.append(process)
         return process
 
-    sample = compiling.Sample((insert_fingerprints,), lambda: None)
-    monkeypatch.setattr(compiling, "SAMPLES", {"quick": sample, "long": sample})
+    monkeypatch.setattr(compiling, "SAMPLES", {"quick": lambda: None, "long": lambda: None})
     monkeypatch.setattr(compiling, "_start", start)
-    monkeypatch.setattr(compiling, "is_ready", lambda kernel: any(process.poll() is not None for process in started))
+    monkeypatch.setattr(compiling, "has_kernels_of", lambda job: any(process.poll() is not None for process in started))
     return started
 
 
@@ -52,34 +54,52 @@ def test_what_is_left_is_compiled_and_the_second_call_has_nothing_to_do(samples,
     assert len(samples) == 1
 
 
-def test_kernels_of_samples_are_those_that_the_program_has():
-    for sample in compiling.SAMPLES.values():
-        assert all(kernel_stamp(kernel) for kernel in sample.kernels)
-    check = compiling.SAMPLES["check"].kernels[0]
-    assert {continue_simulation, judge_clearance, update_held_joints} <= set(reached_kernels(check))
+def test_kernels_in_use_are_those_of_the_samples():
+    used = compiling.kernels_in_use()
+    assert all(kernel_stamp(kernel) for kernel in used)
+    assert check_foldings in used
+    assert {continue_simulation, judge_clearance, update_held_joints} <= set(reached_kernels(check_foldings))
 
 
 CALLED = """
+import sys
 from numba.core.dispatcher import Dispatcher
 from hcsearch.api.compiling import SAMPLES, run_sample
-compile_for = Dispatcher._compile_for_args
+from hcsearch.kernels.compiling.under_way import has_kernels_of, kernels_in_use
+compile_for, called = Dispatcher._compile_for_args, set()
 def noted(kernel, *args, **options):
-    function = kernel.py_func
-    print(function.__module__ + "." + function.__name__, file=sys.stderr)
+    called.add(kernel)
     return compile_for(kernel, *args, **options)
 Dispatcher._compile_for_args = noted
 for name in SAMPLES:
     run_sample(name)
+    assert has_kernels_of(name)
+assert called <= set(kernels_in_use())
+for kernel in called:
+    print(kernel.py_func.__module__, kernel.py_func.__name__)
 """
 
 
-def test_all_kernels_that_python_calls_in_a_sample_are_named():
-    done = subprocess.run([sys.executable, "-c", f"import sys{CALLED}"], capture_output=True, text=True, check=True)
-    called = set(done.stderr.split())
-    assert "hcsearch.kernels.circuits.words.write_rows" in called
-    assert called == {
-        f"{kernel.__module__}.{kernel.__name__}" for sample in compiling.SAMPLES.values() for kernel in sample.kernels
-    }
+def test_all_kernels_that_python_calls_in_a_sample_are_recorded():
+    done = subprocess.run([sys.executable, "-c", CALLED], capture_output=True, text=True, check=True)
+    called = set(done.stdout.splitlines())
+    assert "hcsearch.kernels.circuits.words write_rows" in called
+    # the samples ran in one process, so the last one has the kernels of all
+    (*_, last) = compiling.SAMPLES
+    assert called == set((writable_folder() / f"{last}.calls").read_text().splitlines())
+
+
+def test_kernels_of_a_job_are_missing_until_they_are_recorded_and_again_when_one_has_changed(monkeypatch, tmp_path):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    assert not under_way.has_kernels_of("job")
+    monkeypatch.setattr(under_way, "CALLED_BY_PYTHON", {insert_fingerprints})
+    under_way.record_called_kernels("job")
+    assert not under_way.has_kernels_of("job")
+    file = writable_folder() / f"0-{kernel_stamp(insert_fingerprints)}-insert_fingerprints.kernel"
+    file.touch()
+    assert under_way.has_kernels_of("job")
+    file.unlink()
+    assert not under_way.has_kernels_of("job")
 
 
 def test_a_sample_that_fails_is_one_line(samples, monkeypatch):

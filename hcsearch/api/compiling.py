@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager, redirect_stdout
 from io import StringIO
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from hcsearch.api.chosen_searches import chosen_search, chosen_workers
 from hcsearch.api.counting import count
@@ -19,42 +19,14 @@ from hcsearch.api.enumerating import enumerate_into, plan_enumeration, run_enume
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.kernels.circuits.folds import fold_words, twist_words
-from hcsearch.kernels.circuits.frontier import (
-    add_counts,
-    advance_states,
-    carry_limbs,
-    count_completions,
-    list_completions,
-    list_masks,
-    permute_masks,
-    trace_masks,
-)
-from hcsearch.kernels.circuits.polygons import walk_polygons
-from hcsearch.kernels.circuits.words import array_rows, canonicalise, fingerprint_rows, insert_fingerprints, write_rows
-from hcsearch.kernels.collision.clearance_search import judge_clearance
-from hcsearch.kernels.collision.gaps import deepest_overlap
-from hcsearch.kernels.collision.least_gaps import approach_speed, least_pair_gap
 from hcsearch.kernels.compiling.numba_internals import has_internals
-from hcsearch.kernels.compiling.under_way import is_ready, missing_stamps, uncompiled_stamps
-from hcsearch.kernels.deployment_batch import check_foldings
-from hcsearch.kernels.enclosure.flooding import new_flood, spread_flood
-from hcsearch.kernels.enclosure.refutation import new_refutation, refutation_with
-from hcsearch.kernels.linkage.closing_steps import damped_step
-from hcsearch.kernels.linkage.cones import cone_rays, nonnegative_least_squares, settle_ends
-from hcsearch.kernels.linkage.hinge_lines import survey_ends
-from hcsearch.kernels.linkage.loops import bend_loops, close_loops, generic_states
-from hcsearch.kernels.linkage.prisms import pairs_between
-from hcsearch.kernels.multibody.events import largest_opening, open_state_share, refined_motion, step_openings
-from hcsearch.kernels.multibody.hinges import no_targets
-from hcsearch.kernels.multibody.simulation import simulate_motion
-from hcsearch.kernels.multibody.tree import work_for
-from hcsearch.kernels.planning.closed_states import close_state, keep_closed, new_closing
-from hcsearch.kernels.planning.path_smoothing import relax_path, shorten_path, thin_path
-from hcsearch.kernels.planning.series import centre_screws, write_series
-from hcsearch.kernels.planning.space import new_space_work, new_state_stack, pick_state, place_state
-from hcsearch.kernels.planning.tree_search import fan_out, new_tree, search_trees
-from hcsearch.kernels.planning.tubes import new_track, polishing_residual, prove_tube
+from hcsearch.kernels.compiling.under_way import (
+    has_kernels_of,
+    kernels_in_use,
+    missing_stamps,
+    record_called_kernels,
+    uncompiled_stamps,
+)
 from hcsearch.motion.collision.panel_prisms import plates_of
 from hcsearch.motion.locks.enclosures import enclose_ends
 from hcsearch.motion.planning.motion_search import plan_motion
@@ -66,18 +38,13 @@ from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.play import play_of_deployment
 from hcsearch.springs.deployment.quick_check import check_deployments
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
+from hcsearch.springs.flight.flight_figures import figures_of
+from hcsearch.springs.flight.travel import travel_by_springs
 from hcsearch.system.work_steps import Progress
 
 _FOLDING = "hex:023350:1"
 _MOVABLE = "hex:0234550132:4"
 _POLL_PERIOD = 0.5  # s
-
-
-class Sample(NamedTuple):
-    """A small job, and the kernels that Python calls in it."""
-
-    kernels: tuple[Any, ...]
-    work: Callable[[], None]
 
 
 def _list() -> None:
@@ -99,6 +66,7 @@ def _check() -> None:
     compiled = compile_scene(Folding.from_notation(_FOLDING).linkage(), SCENES["default"])
     check_deployments([compiled], past_collisions=False)
     play_of_deployment(compiled, simulate_compiled(compiled, certified=False).motion)
+    figures_of(travel_by_springs(Folding.from_notation(_FOLDING).linkage(), SCENES["default"]))
 
 
 def _plan() -> None:
@@ -116,100 +84,15 @@ def _deploy() -> None:
     deploy(_FOLDING).facts()
 
 
-_LIST = (
-    walk_polygons,
-    fold_words,
-    twist_words,
-    survey_ends,
-    generic_states,
-    settle_ends,
-    array_rows,
-    fingerprint_rows,
-    insert_fingerprints,
-    write_rows,
-)
-_ONE_ARRAY = (
-    advance_states,
-    add_counts,
-    carry_limbs,
-    count_completions,
-    list_completions,
-    list_masks,
-    permute_masks,
-    trace_masks,
-    canonicalise,
-    cone_rays,
-    nonnegative_least_squares,
-    bend_loops,
-)
-_DEPLOY = (
-    simulate_motion,
-    refined_motion,
-    largest_opening,
-    step_openings,
-    open_state_share,
-    no_targets,
-    work_for,
-    approach_speed,
-    judge_clearance,
-    least_pair_gap,
-)
-_CHECK = (
-    check_foldings,
-    close_loops,
-    damped_step,
-    pairs_between,
-    simulate_motion,
-    refined_motion,
-    largest_opening,
-    step_openings,
-    no_targets,
-    work_for,
-    judge_clearance,
-    least_pair_gap,
-)
-_PLAN = (
-    close_state,
-    keep_closed,
-    new_closing,
-    new_state_stack,
-    new_space_work,
-    new_tree,
-    fan_out,
-    search_trees,
-    relax_path,
-    shorten_path,
-    thin_path,
-    new_track,
-    prove_tube,
-    polishing_residual,
-    write_series,
-    centre_screws,
-    deepest_overlap,
-    judge_clearance,
-)
-_SEARCH_ON = (
-    new_state_stack,
-    new_space_work,
-    pick_state,
-    place_state,
-    new_tree,
-    fan_out,
-    search_trees,
-    new_refutation,
-    refutation_with,
-    new_flood,
-    spread_flood,
-)
-SAMPLES = {
-    "plan": Sample(_PLAN, _plan),
-    "check": Sample(_CHECK, _check),
-    "list": Sample(_LIST, _list),
-    "one array": Sample(_ONE_ARRAY, _one_array),
-    "deploy": Sample(_DEPLOY, _deploy),
-    "search on": Sample(_SEARCH_ON, _search_on),
+SAMPLES: dict[str, Callable[[], None]] = {
+    "plan": _plan,
+    "check": _check,
+    "list": _list,
+    "one array": _one_array,
+    "deploy": _deploy,
+    "search on": _search_on,
 }
-"""In the order in which they are started: the longest first."""
+"""Small jobs in which Python calls the kernels of the main commands, the longest first, as they are started."""
 
 
 class CompiledKernels(NamedTuple):
@@ -230,9 +113,9 @@ def compile_kernels(processes: int, progress: Progress | None = None) -> Compile
 
     HcsearchError where a sample fails.
     """
-    waiting = [name for name, sample in SAMPLES.items() if not _is_finished(sample)]
+    waiting = [name for name in SAMPLES if not has_kernels_of(name)]
     samples, begin = len(waiting), time.monotonic()
-    stamps = missing_stamps(kernel for name in waiting for kernel in SAMPLES[name].kernels)
+    stamps = missing_stamps(kernels_in_use())  # more than the samples need: which these are shows when they run
     running = dict[str, subprocess.Popen[str]]()
     try:
         while waiting or running:
@@ -247,13 +130,13 @@ def compile_kernels(processes: int, progress: Progress | None = None) -> Compile
     finally:
         for process in running.values():
             _end(process)
-    return CompiledKernels(samples, len(stamps), time.monotonic() - begin)
+    return CompiledKernels(samples, len(stamps) - len(uncompiled_stamps(stamps)), time.monotonic() - begin)
 
 
 @contextmanager
 def compiling_ahead(name: str) -> Iterator[None]:
     """Compile the kernels of a sample in another process while the block runs, if they are missing."""
-    process = None if _is_finished(SAMPLES[name]) else _start(name)
+    process = None if has_kernels_of(name) else _start(name)
     try:
         yield
     finally:
@@ -265,11 +148,8 @@ def run_sample(name: str) -> None:
     """Run a sample in a temporary folder without output: only its compiled kernels are kept."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that started this one ends it
     with tempfile.TemporaryDirectory() as folder, chdir(folder), redirect_stdout(StringIO()):
-        SAMPLES[name].work()
-
-
-def _is_finished(sample: Sample) -> bool:
-    return all(map(is_ready, sample.kernels))
+        SAMPLES[name]()
+    record_called_kernels(name)
 
 
 def _start(name: str) -> subprocess.Popen[str]:

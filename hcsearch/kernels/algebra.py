@@ -10,25 +10,25 @@ from __future__ import annotations
 import math
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 Vector3 = tuple[float, float, float]
 SymmetricMatrix = tuple[float, float, float, float, float, float]
 
 
-@lean
+@compiled
 def vector_at(table: Reals, i: int, column: int) -> Vector3:
     """Return the vector in row i from a column on."""
     return table[i, column], table[i, column + 1], table[i, column + 2]
 
 
-@lean
+@compiled
 def put_vector(table: Reals, i: int, column: int, v: Vector3) -> None:
     """Write a vector into row i from a column on."""
     table[i, column], table[i, column + 1], table[i, column + 2] = v
 
 
-@lean
+@compiled
 def add_vector(table: Reals, i: int, column: int, v: Vector3) -> None:
     """Add a vector to row i from a column on."""
     table[i, column] += v[0]
@@ -36,44 +36,44 @@ def add_vector(table: Reals, i: int, column: int, v: Vector3) -> None:
     table[i, column + 2] += v[2]
 
 
-@lean
+@compiled
 def vector_sum(a: Vector3, b: Vector3) -> Vector3:
     """Return the sum of two vectors."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@lean
+@compiled
 def vector_difference(a: Vector3, b: Vector3) -> Vector3:
     """Return the first vector minus the second."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@lean
+@compiled
 def scaled_vector(s: float, a: Vector3) -> Vector3:
     """Return a number times a vector."""
     return s * a[0], s * a[1], s * a[2]
 
 
-@lean
+@compiled
 def dot(a: Vector3, b: Vector3) -> float:
     """Return the scalar product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@lean
+@compiled
 def cross(a: Vector3, b: Vector3) -> Vector3:
     """Return the vector product of two vectors."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@lean
+@compiled
 def rotated(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
     """Return the 3 x 3 matrix in row i from a column on times a vector."""
     x, y, z = vector_at(table, i, column), vector_at(table, i, column + 3), vector_at(table, i, column + 6)
     return dot(x, a), dot(y, a), dot(z, a)
 
 
-@lean
+@compiled
 def rotated_back(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
     """Return the transpose of the 3 x 3 matrix in row i from a column on times a vector."""
     x, y, z = vector_at(table, i, column), vector_at(table, i, column + 3), vector_at(table, i, column + 6)
@@ -84,28 +84,28 @@ def rotated_back(table: Reals, i: int, column: int, a: Vector3) -> Vector3:
     )
 
 
-@lean
+@compiled
 def symmetric_at(table: Reals, i: int, column: int) -> SymmetricMatrix:
     """Return the symmetric matrix in row i from a column on."""
     k = column
     return table[i, k], table[i, k + 1], table[i, k + 2], table[i, k + 3], table[i, k + 4], table[i, k + 5]
 
 
-@lean
+@compiled
 def add_symmetric(table: Reals, i: int, column: int, s: SymmetricMatrix) -> None:
     """Add a symmetric matrix to row i from a column on."""
     for k in range(6):
         table[i, column + k] += s[k]
 
 
-@lean
+@compiled
 def outer_product(s: float, a: Vector3) -> SymmetricMatrix:
     """Return the symmetric matrix s a a^T."""
     x, y, z = scaled_vector(s, a)
     return x * a[0], y * a[1], z * a[2], x * a[1], x * a[2], y * a[2]
 
 
-@lean
+@compiled
 def apply_symmetric(s: SymmetricMatrix, a: Vector3) -> Vector3:
     """Return a symmetric matrix times a vector."""
     return (
@@ -115,7 +115,7 @@ def apply_symmetric(s: SymmetricMatrix, a: Vector3) -> Vector3:
     )
 
 
-@lean
+@compiled
 def rotated_symmetric(table: Reals, i: int, column: int, s: SymmetricMatrix) -> SymmetricMatrix:
     """Return R S R^T for the rotation R in row i from a column on."""
     rx, ry, rz = vector_at(table, i, column), vector_at(table, i, column + 3), vector_at(table, i, column + 6)
@@ -123,7 +123,7 @@ def rotated_symmetric(table: Reals, i: int, column: int, s: SymmetricMatrix) -> 
     return dot(rx, x), dot(ry, y), dot(rz, z), dot(rx, y), dot(rx, z), dot(ry, z)
 
 
-@lean
+@compiled
 def rotation(axis: Vector3, angle: float) -> tuple[Vector3, Vector3, Vector3]:
     """Return the columns of the rotation about a unit axis, minus the identity."""
     s = math.sin(angle)
@@ -136,14 +136,14 @@ def rotation(axis: Vector3, angle: float) -> tuple[Vector3, Vector3, Vector3]:
     )
 
 
-@lean
+@compiled
 def turn_row(r: Vector3, columns: tuple[Vector3, Vector3, Vector3]) -> Vector3:
     """Return a row of the product of a rotation with another, whose columns come from `rotation`."""
     x, y, z = columns
     return r[0] + dot(r, x), r[1] + dot(r, y), r[2] + dot(r, z)
 
 
-@lean
+@compiled
 def add_bracket(a: Reals, b: Reals, total: Reals) -> None:
     """Add the Lie bracket of two screws, (6,) each, to a total."""
     for i in range(3):
@@ -153,7 +153,7 @@ def add_bracket(a: Reals, b: Reals, total: Reals) -> None:
         total[3 + i] += a[3 + j] * b[k] - a[3 + k] * b[j]
 
 
-@lean
+@compiled
 def scalar_product(first: Reals, second: Reals) -> float:
     """Return the scalar product of two rows; a library call would take longer for vectors this short."""
     total = 0.0
@@ -162,7 +162,7 @@ def scalar_product(first: Reals, second: Reals) -> float:
     return total
 
 
-@lean
+@compiled
 def row_product(first: Reals, i: int, second: Reals, j: int, n: int) -> float:
     """Return the scalar product of the first n entries of row i of one table and row j of another.
 
@@ -175,21 +175,21 @@ def row_product(first: Reals, i: int, second: Reals, j: int, n: int) -> float:
     return value
 
 
-@lean
+@compiled
 def subtract_row(target: Reals, i: int, factor: float, source: Reals, j: int, n: int) -> None:
     """Subtract `factor` times row j of one table from row i of another, in the first n entries."""
     for k in range(n):
         target[i, k] -= factor * source[j, k]
 
 
-@lean
+@compiled
 def divide_row(table: Reals, i: int, divisor: float, n: int) -> None:
     """Divide the first n entries of row i by a number."""
     for k in range(n):
         table[i, k] /= divisor
 
 
-@lean
+@compiled
 def factor_symmetric(matrix: Reals, damping: float) -> bool:
     """Factor a symmetric matrix plus damping in its lower triangle (Cholesky); return False if it is not definite."""
     for i in range(len(matrix)):
@@ -207,7 +207,7 @@ def factor_symmetric(matrix: Reals, damping: float) -> bool:
     return True
 
 
-@lean
+@compiled
 def solve_factored(matrix: Reals, right: Reals) -> None:
     """Solve a system in place of its right side, by the factor from `factor_symmetric`."""
     n = len(right)

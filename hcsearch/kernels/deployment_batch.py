@@ -119,50 +119,64 @@ class CheckFindings(NamedTuple):
 
 @compiled
 def check_foldings(stack: Any, rules: CheckingRules, record: SimulationRecord, findings: CheckFindings) -> None:
-    """Check the foldings of a stack one after the other; each overwrites the record.
+    """Check the foldings of a stack one after the other; each overwrites the record."""
+    for i in range(len(findings.endings)):
+        _check_folding(_tables_at(stack, i), rules, record, findings, i)
 
-    numba compiles everything that a kernel calls into it. So the large kernels are called directly from here: a kernel
-    in between would double the time to compile.
-    """
+
+@compiled
+def _check_folding(
+    subject: SceneTables, rules: CheckingRules, record: SimulationRecord, findings: CheckFindings, i: int
+) -> None:
     cubic = rules.closure_stiffness > 0.0  # with stiff springs, accelerations do not describe the motion
     plan, method, stiff_method = rules.plan, rules.method, rules.stiff_method
     implicit = method.diagonal > 0.0 or method.extrapolation_order > 0
     report = ClearanceReport(np.zeros(1), np.zeros(1, np.int64), np.empty(1), np.zeros(1, np.int64))
-    for i in range(len(findings.endings)):
-        subject = _tables_at(stack, i)
-        tree, n = subject.tree, len(subject.start)
-        mechanism, hold = _mechanism(subject, rules), _hold(subject)
-        work, q, v = work_for(tree), subject.start.copy(), np.zeros(n)
-        simulation = Simulation(mechanism, hold, method, stiff_method, plan, q, v, work, new_pace(n), record)
-        course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
-        max_states = len(record.times) + 1 if rules.follow_collisions else FIRST_PART_STEPS
-        clear_states, verdict = 0, MOTION_CLEAR
-        start_simulation(simulation)
-        while verdict != MOTION_COLLIDES and record.counts[4] == ENDING_NONE:
-            continue_simulation(simulation, max_states)
-            states, flat = record.counts[0], record.counts[4] == ENDING_FLAT
-            clear_states = 0 if flat else clear_states  # a gap may dip across parts
-            motion = _states(record, clear_states, states)
-            if not cubic:
-                implicit_time = 0.0 if implicit else _stiff_time(record)
-                motion = refined_motion(mechanism, motion, INTERPOLATED_STATE_RESIDUAL, implicit_time, work)
-            residual = max(findings.closure_residuals[i], largest_opening(tree, motion, cubic, work))
-            findings.closure_residuals[i] = residual
-            course = _course(subject, motion, cubic)
-            openings = np.full(max(0, len(motion[0]) - 1), residual)
-            if not cubic and residual > INTERPOLATED_STATE_RESIDUAL:
-                openings = step_openings(tree, motion, False, INTERPOLATED_STATE_RESIDUAL, work)
-            slacks = subject.residual_lever * openings
-            tolerances = ClearanceTolerances(slacks, rules.margin, subject.max_margin, rules.resolution)
-            verdict = judge_clearance(
-                subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, tolerances, flat, report
-            )
-            findings.counts[i, 3] += report.bound_counts[0]
-            clear_states = states - 1 if verdict == MOTION_CLEAR else clear_states
-            max_states = states + max(FIRST_PART_STEPS, int(PART_GROWTH_SHARE * states))
-        findings.open_state_shares[i] = 0.0 if cubic else open_state_share(tree, record.q[: record.counts[0]], work)
-        _report(record, verdict, report, findings, i)
-        _report_end(subject, course, verdict, report, findings, i)
+    tree, n = subject.tree, len(subject.start)
+    mechanism = Mechanism(
+        tree,
+        subject.hinges,
+        rules.struts,
+        rules.cuts,
+        np.zeros((0, 3)),
+        rules.closure_stiffness,
+        rules.closure_damping,
+        False,
+        no_targets(),
+        subject.drag,
+    )
+    hold = _hold(subject)
+    work, q, v = work_for(tree), subject.start.copy(), np.zeros(n)
+    simulation = Simulation(mechanism, hold, method, stiff_method, plan, q, v, work, new_pace(n), record)
+    course = Course(np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0)), cubic)
+    max_states = len(record.times) + 1 if rules.follow_collisions else FIRST_PART_STEPS
+    clear_states, verdict = 0, MOTION_CLEAR
+    start_simulation(simulation)
+    while verdict != MOTION_COLLIDES and record.counts[4] == ENDING_NONE:
+        continue_simulation(simulation, max_states)
+        states, flat = record.counts[0], record.counts[4] == ENDING_FLAT
+        clear_states = 0 if flat else clear_states  # a gap may dip across parts
+        motion = _states(record, clear_states, states)
+        if not cubic:
+            implicit_time = 0.0 if implicit else _stiff_time(record)
+            motion = refined_motion(mechanism, motion, INTERPOLATED_STATE_RESIDUAL, implicit_time, work)
+        residual = max(findings.closure_residuals[i], largest_opening(tree, motion, cubic, work))
+        findings.closure_residuals[i] = residual
+        course = _course(subject, motion, cubic)
+        openings = np.full(max(0, len(motion[0]) - 1), residual)
+        if not cubic and residual > INTERPOLATED_STATE_RESIDUAL:
+            openings = step_openings(tree, motion, False, INTERPOLATED_STATE_RESIDUAL, work)
+        slacks = subject.residual_lever * openings
+        tolerances = ClearanceTolerances(slacks, rules.margin, subject.max_margin, rules.resolution)
+        verdict = judge_clearance(
+            subject.chain, subject.prisms, subject.shrunk, subject.pairs, course, tolerances, flat, report
+        )
+        findings.counts[i, 3] += report.bound_counts[0]
+        clear_states = states - 1 if verdict == MOTION_CLEAR else clear_states
+        max_states = states + max(FIRST_PART_STEPS, int(PART_GROWTH_SHARE * states))
+    findings.open_state_shares[i] = 0.0 if cubic else open_state_share(tree, record.q[: record.counts[0]], work)
+    _report(record, verdict, report, findings, i)
+    _report_end(subject, course, verdict, report, findings, i)
 
 
 @compiled
@@ -174,14 +188,6 @@ def _states(record: SimulationRecord, begin: int, end: int) -> StateSeries:
 def _stiff_time(record: SimulationRecord) -> float:
     """Return the time from which steps are those of the stiff method, s; infinite where none is."""
     return math.inf if record.counts[5] < 0 else record.times[max(0, record.counts[5] - 1)]
-
-
-@compiled
-def _mechanism(subject: SceneTables, rules: CheckingRules) -> Mechanism:
-    tree, hinges, stiffness, damping = subject.tree, subject.hinges, rules.closure_stiffness, rules.closure_damping
-    none = np.zeros((0, 3))
-    struts, cuts, drag = rules.struts, rules.cuts, subject.drag
-    return Mechanism(tree, hinges, struts, cuts, none, stiffness, damping, False, no_targets(), drag)
 
 
 @compiled

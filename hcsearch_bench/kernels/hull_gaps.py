@@ -5,10 +5,10 @@ from __future__ import annotations
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import vector_at
 from hcsearch.kernels.collision.gjk import hull_gap
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 
-@lean
+@compiled
 def write_hull_gaps(
     first: Reals,
     n_first: WholeNumbers,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism, accelerate
 from hcsearch.kernels.multibody.tree import Work
 
 
-@lean
+@compiled
 def accelerate_often(
     mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, times: int, work: Work, a: Reals
 ) -> None:

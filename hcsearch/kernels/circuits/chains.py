@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Bitsets, Integers16, WholeNumbers
 from hcsearch.kernels.circuits.step_tables import StepTables, turn_moves
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 UNREACHED_DISTANCE = 32767
 
@@ -228,7 +228,7 @@ def _chains_of_key(
     return chains
 
 
-@lean
+@compiled
 def _mirror_chains(plane: Plane, chains: HalfChains) -> None:
     """Reflect half-chains in the first crease, across which they start then."""
     flips = mirror_code(plane)
@@ -240,7 +240,7 @@ def _mirror_chains(plane: Plane, chains: HalfChains) -> None:
             chains.steps[i, k] = plane.mirror_steps[chains.steps[i, k]]
 
 
-@lean
+@compiled
 def mirror_code(plane: Plane) -> np.uint64:
     """Return the code from which a code is subtracted to give that of the mirror image."""
     flips = np.uint64(0)
@@ -249,7 +249,7 @@ def mirror_code(plane: Plane) -> np.uint64:
     return flips
 
 
-@lean
+@compiled
 def _fill_bit_planes(plane: Plane, chains: HalfChains, mate: bool) -> None:
     """Fill `flat_bit_planes` for first half-chains, or for their mates.
 
@@ -356,13 +356,13 @@ def list_chains(plane: Plane, key: WholeNumbers) -> tuple[HalfChains, HalfChains
     return first, second, starts
 
 
-@lean
+@compiled
 def bit_plane_count(plane: Plane) -> int:
     """Return the number of bits of a direction."""
     return 2 if plane.steps.directions == 4 else 3 if plane.steps.directions <= 8 else 4
 
 
-@lean
+@compiled
 def sum_offset(plane: Plane) -> int:
     """Return a bound of the absolute sum of turns of a half-chain."""
     return plane.steps.directions // 2 * (plane.h + 1)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Integers16, Integers32
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 
 @compiled
@@ -44,7 +44,7 @@ def fold_words(words: NDArray[np.int8], directions: int, rows: Integers32, creas
     return written
 
 
-@lean
+@compiled
 def twist_words(words: NDArray[np.int8], directions: int, rows: Integers32, twist: Integers16) -> None:
     """Write the twist |Lk| = |T_even - T_odd| / m of each folding, from its circuit; `rows` must ascend."""
     n = words.shape[1]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Bitsets, Integers16, Integers32, WholeNumbers
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 FRONTIER_SLOT_COUNT = 24
 PARITY_BIT = np.uint64(1 << 60)
@@ -39,14 +39,14 @@ _ONE = np.uint64(1)
 _LOW_SLOTS = 12
 
 
-@lean
+@compiled
 def _get(lo: np.uint64, hi: np.uint64, slot: int) -> int:
     if slot < _LOW_SLOTS:
         return int((lo >> (_BITS * np.uint64(slot))) & _MASK)
     return int((hi >> (_BITS * np.uint64(slot - _LOW_SLOTS))) & _MASK)
 
 
-@lean
+@compiled
 def _put(lo: np.uint64, hi: np.uint64, slot: int, value: int) -> tuple[np.uint64, np.uint64]:
     if slot < _LOW_SLOTS:
         shift = _BITS * np.uint64(slot)
@@ -55,7 +55,7 @@ def _put(lo: np.uint64, hi: np.uint64, slot: int, value: int) -> tuple[np.uint64
     return lo, (hi & ~(_MASK << shift)) | (np.uint64(value) << shift)
 
 
-@lean
+@compiled
 def _find(lo: np.uint64, hi: np.uint64, table: Integers32, next_lo: Bitsets, next_hi: Bitsets, size: int) -> int:
     """Return the index of a state among `size` known ones; a new state is appended, with index `size`."""
     mask = np.uint64(len(table) - 1)
@@ -75,14 +75,14 @@ def _find(lo: np.uint64, hi: np.uint64, table: Integers32, next_lo: Bitsets, nex
         entry = (entry + _ONE) & mask
 
 
-@lean
+@compiled
 def _degree(value: int) -> int:
     if value == 0:
         return 0
     return 2 if value == 1 else 1
 
 
-@lean
+@compiled
 def advance_states(
     step: WholeNumbers,
     full_lo: np.uint64,
@@ -139,7 +139,7 @@ def advance_states(
     return size
 
 
-@lean
+@compiled
 def add_counts(child: Integers32, counts: WholeNumbers, after: WholeNumbers, total: WholeNumbers) -> None:
     """Add the count of each state to its children, or to `total` if a cycle closes; in 32-bit limbs without carry."""
     limbs = counts.shape[1]
@@ -154,7 +154,7 @@ def add_counts(child: Integers32, counts: WholeNumbers, after: WholeNumbers, tot
                     total[limb] += counts[i, limb]
 
 
-@lean
+@compiled
 def carry_limbs(counts: WholeNumbers) -> bool:
     """Carry limbs, so that all but the last are below 2^32; return whether the last one overflows."""
     overflow = False
@@ -167,7 +167,7 @@ def carry_limbs(counts: WholeNumbers) -> bool:
     return overflow
 
 
-@lean
+@compiled
 def count_completions(child: Integers32, after: WholeNumbers, counts: WholeNumbers) -> None:
     """Count the completions of each state from those of its children; counts saturate at `SATURATED_COUNT`."""
     for i in range(len(child)):
@@ -181,7 +181,7 @@ def count_completions(child: Integers32, after: WholeNumbers, counts: WholeNumbe
         counts[i] = total if total < SATURATED_COUNT else SATURATED_COUNT
 
 
-@lean
+@compiled
 def _live(to: int, counts: WholeNumbers, offset: int) -> bool:
     return to == CHILD_COMPLETE or (to >= 0 and counts[offset + to] > 0)
 
@@ -220,7 +220,7 @@ def list_completions(
     start[offsets[layer + 1] - offsets[layer]] = written
 
 
-@lean
+@compiled
 def permute_masks(masks: Bitsets, permutations: Integers32, images: Bitsets) -> None:
     """Write the images, shape (n_masks, n_permutations, words), of edge sets under permutations of the edges."""
     for i in range(len(masks)):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import WholeNumbers
 from hcsearch.kernels.circuits.chains import HalfChains, Plane, bit_plane_count, mirror_code, sum_offset
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 _Letters = tuple[int, int, np.uint64, np.uint64, int]
 """h, bits of a letter, the highest letter, the code of h highest letters, and the number of roots of a folding.
@@ -22,7 +22,7 @@ Roots are 8, or 4 where no symmetry maps a flat crease onto itself and its panel
 """
 
 
-@lean
+@compiled
 def _least_root(
     a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, letters: _Letters
 ) -> tuple[np.uint64, np.uint64, int]:
@@ -47,7 +47,7 @@ def _least_root(
     return code, mate, equal
 
 
-@lean
+@compiled
 def _root(
     root: int, a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, flips: np.uint64
 ) -> tuple[np.uint64, np.uint64]:
@@ -64,7 +64,7 @@ def _root(
     return x, y
 
 
-@lean
+@compiled
 def _order(
     a: np.uint64,
     b: np.uint64,
@@ -125,7 +125,7 @@ def _order(
     return order
 
 
-@lean
+@compiled
 def _least_code(a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, letters: _Letters) -> np.uint64:
     """Return the first code of the least root, as of `_least_root`."""
     flips = letters[3]
@@ -134,7 +134,7 @@ def _least_code(a: np.uint64, b: np.uint64, ra: np.uint64, rb: np.uint64, letter
     return min(a, b, ra, rb, flips - max(a, b, ra, rb))
 
 
-@lean
+@compiled
 def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -> np.uint64:
     """Return the h letters after the first `skip` ones (0 < skip < h + 1) of two words of h + 1 letters each."""
     head_bits = np.uint64(bits * (h + 1 - skip))
@@ -143,7 +143,7 @@ def _window(first: np.uint64, second: np.uint64, skip: int, h: int, bits: int) -
     return (head << tail_shift) | (second >> (np.uint64(bits * (h + 1)) - tail_shift))
 
 
-@lean
+@compiled
 def join_chains(
     plane: Plane,
     key: WholeNumbers,

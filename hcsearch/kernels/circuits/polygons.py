@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Integers16, WholeNumbers
 from hcsearch.kernels.circuits.step_tables import StepTables, turn_moves
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 
-@lean
+@compiled
 def mirror_rank(letters: NDArray[np.int8], n: int, reversed_codes: WholeNumbers) -> int:
     """Compare a word (a least rotation) with the least rotation of its mirror image: -1 less, 0 equal, 1 greater."""
     equal = False
@@ -37,7 +37,7 @@ def mirror_rank(letters: NDArray[np.int8], n: int, reversed_codes: WholeNumbers)
     return 0 if equal else -1
 
 
-@lean
+@compiled
 def _can_reach_home(
     start: int,
     step: int,

@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Bitsets, Integers16, WholeNumbers
 from hcsearch.kernels.circuits.step_tables import StepTables
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 
-@lean
+@compiled
 def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
     """Return start of the least rotation and period of a cyclic word, in O(n); `letters` holds the word twice."""
     i, j, k = 0, 1, 0  # two candidates, equal over k letters; all other starts below the greater one are ruled out
@@ -29,7 +29,7 @@ def _least_rotation(letters: NDArray[np.int8], n: int) -> tuple[int, int]:
     return min(i, j), abs(i - j) if k == n else n
 
 
-@lean
+@compiled
 def _least_rotations(
     letters: NDArray[np.int8], mirror_letters: NDArray[np.int8], n: int, bits: int
 ) -> tuple[int, int, int]:
@@ -125,7 +125,7 @@ def canonicalise(
         symmetry[row] = ties
 
 
-@lean
+@compiled
 def label_words(
     words: NDArray[np.int8], labels: WholeNumbers, after: WholeNumbers, first: int, digits: NDArray[np.uint8]
 ) -> None:
@@ -261,7 +261,7 @@ def write_rows(rows: Bitsets, heights: WholeNumbers, prefix: NDArray[np.uint8], 
     return longest
 
 
-@lean
+@compiled
 def fingerprint_rows(rows: Bitsets, heights: WholeNumbers, fingerprints: Bitsets) -> None:
     """Write a 128-bit fingerprint of each canonical array, shape (n, 2).
 

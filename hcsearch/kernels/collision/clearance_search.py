@@ -24,7 +24,7 @@ from hcsearch.kernels.collision.intervals import (
     write_relative_pose,
 )
 from hcsearch.kernels.collision.least_gaps import smallest_dip
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.courses import write_course_angles
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
@@ -168,7 +168,7 @@ def search_collision(
     return MOTION_CLEAR
 
 
-@lean
+@compiled
 def _overlap(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, top: int, tables: IntervalTables) -> bool:
     """Return whether a pair overlaps at the end of an interval, or 1, 3, 7, 15 ... times its length later in the step.
 
@@ -188,7 +188,7 @@ def _overlap(chain: Chain, prisms: Prisms, pairs: PrismPairs, p: int, top: int, 
         place_panels(chain, tables.angles, poses)
 
 
-@lean
+@compiled
 def _bound_pairs(
     prisms: Prisms,
     pairs: PrismPairs,

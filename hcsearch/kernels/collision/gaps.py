@@ -10,7 +10,7 @@ import numpy as np
 from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
 from hcsearch.kernels.algebra import Vector3, dot, vector_at
 from hcsearch.kernels.collision.gjk import gap_along, hull_gap
-from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, copy_prisms, place_prisms, sphere_distance, turn_axes
 
@@ -63,7 +63,7 @@ def deepest_overlap(chain: Chain, prisms: Prisms, pairs: WholeNumbers, states: R
     return deepest
 
 
-@lean
+@compiled
 def prism_overlap(prisms: Prisms, first: int, second: int, enough: float, last: WholeNumbers, pair: int) -> float:
     """Return the least overlap of two prisms along all separating axes, or any overlap that is at most `enough`.
 
@@ -84,7 +84,7 @@ def prism_overlap(prisms: Prisms, first: int, second: int, enough: float, last: 
     return least_overlap
 
 
-@inlined
+@compiled
 def _along(prisms: Prisms, first: int, second: int, number: int) -> float:
     """Return the overlap along a numbered axis: normals of the first, of the second, cross products of edges."""
     first_axes, second_axes = prisms.counts[first, 1], prisms.counts[second, 1]
@@ -105,7 +105,7 @@ def _along(prisms: Prisms, first: int, second: int, number: int) -> float:
     return min(high - second_low, second_high - low)
 
 
-@inlined
+@compiled
 def _extent(prisms: Prisms, f: int, direction: Vector3) -> tuple[float, float]:
     """Return the extent of a prism along a direction, lowest and highest, from its bottom vertices and its height."""
     low, high = math.inf, -math.inf
@@ -171,7 +171,7 @@ def gaps_at(
         _write(prisms, placed, poses, pairs, reach, allowed, memory, gaps[k])
 
 
-@lean
+@compiled
 def _write(
     prisms: Prisms,
     placed: Prisms,
@@ -216,7 +216,7 @@ def _write(
         gaps[p] = least_gap if least_gap > 0.0 or least_gap < -allowed else 0.0
 
 
-@lean
+@compiled
 def _deepest(
     prisms: Prisms, placed: Prisms, poses: Reals, pairs: PanelPairs, pair: int, allowed: float, memory: _Memory
 ) -> float:

@@ -21,7 +21,7 @@ from hcsearch.kernels.collision.simplices import (
     simplex_normal,
     unit_vector,
 )
-from hcsearch.kernels.compiling.compiled import inlined, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 SimplexCorners = tuple[int, int, int, int]
 """Differences of vertices that span a simplex: indices in the first and second hull, packed; -1 for none."""
@@ -37,7 +37,7 @@ MAX_SIMPLEX_STEPS = 50
 """Steps after which a search counts as stuck; more than ten are rare."""
 
 
-@inlined
+@compiled
 def hull_gap(
     first: Reals, n_first: int, second: Reals, n_second: int, guess: Vector3, corners: SimplexCorners
 ) -> HullGap:
@@ -118,12 +118,12 @@ def hull_gap(
     return best, direction, (-1, -1, -1, -1)
 
 
-@inlined
+@compiled
 def _row(points: Reals, k: int) -> Vector3:
     return points[k, 0], points[k, 1], points[k, 2]
 
 
-@inlined
+@compiled
 def _outermost(points: Reals, n: int, direction: Vector3) -> int:
     """Return the index of the point furthest along a direction."""
     best, furthest = 0, -math.inf
@@ -134,7 +134,7 @@ def _outermost(points: Reals, n: int, direction: Vector3) -> int:
     return best
 
 
-@inlined
+@compiled
 def _facing(first: Reals, n_first: int, second: Reals, n_second: int, direction: Vector3) -> int:
     """Return the packed difference of vertices that is least along a direction."""
     return (_outermost(first, n_first, direction) << CORNER_INDEX_BITS) | _outermost(
@@ -142,18 +142,18 @@ def _facing(first: Reals, n_first: int, second: Reals, n_second: int, direction:
     )
 
 
-@inlined
+@compiled
 def gap_along(first: Reals, n_first: int, second: Reals, n_second: int, direction: Vector3) -> float:
     """Return the gap of two hulls along a direction."""
     return dot(direction, _difference(first, second, _facing(first, n_first, second, n_second, direction)))
 
 
-@inlined
+@compiled
 def _difference(first: Reals, second: Reals, corner: int) -> Vector3:
     return vector_difference(_row(second, corner & CORNER_INDEX_MASK), _row(first, corner >> CORNER_INDEX_BITS))
 
 
-@inlined
+@compiled
 def _size(first: Reals, second: Reals, corner: int) -> float:
     """Return the greatest absolute coordinate of two vertices, to which rounding is relative."""
     x, y, z = _row(first, corner >> CORNER_INDEX_BITS)
@@ -161,7 +161,7 @@ def _size(first: Reals, second: Reals, corner: int) -> float:
     return max(abs(x), abs(y), abs(z), abs(u), abs(v), abs(w))
 
 
-@lean
+@compiled
 def exhaustive_gap(first: Reals, n_first: int, second: Reals, n_second: int) -> tuple[float, Vector3]:
     """Return the greatest gap of two hulls along all candidate directions, and that direction.
 
@@ -196,7 +196,7 @@ def exhaustive_gap(first: Reals, n_first: int, second: Reals, n_second: int) -> 
     return best, direction
 
 
-@lean
+@compiled
 def _best_gap(
     first: Reals, n_first: int, second: Reals, n_second: int, n: Vector3, best: float, direction: Vector3
 ) -> tuple[float, Vector3]:

@@ -15,7 +15,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import Vector3, dot, put_vector, scaled_vector, vector_at, vector_difference
 from hcsearch.kernels.collision.gjk import hull_gap
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.courses import (
     COURSE_TERM_COUNT,
     bound_rates,
@@ -108,7 +108,7 @@ def new_interval_tables(chain: Chain, prisms: Prisms, pairs: PrismPairs, course:
     return tables
 
 
-@lean
+@compiled
 def start_step_intervals(
     chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Course, k: int, needed_gap: float, tables: IntervalTables
 ) -> float:
@@ -141,7 +141,7 @@ def start_step_intervals(
     return float(h)
 
 
-@lean
+@compiled
 def halve_interval(chain: Chain, count: int, top: int, tables: IntervalTables) -> None:
     """Split an interval for its first `count` pairs: push its first half onto the stack above its second."""
     middle = 0.5 * (tables.start_shares[top] + tables.end_shares[top])
@@ -156,7 +156,7 @@ def halve_interval(chain: Chain, count: int, top: int, tables: IntervalTables) -
     tables.pair_counts[top] = tables.pair_counts[top + 1] = count
 
 
-@lean
+@compiled
 def _copy(poses: Reals, into: Reals) -> None:
     """Copy poses entry by entry; the assignment of whole tables would check for shared memory."""
     for k in range(len(poses)):
@@ -165,7 +165,7 @@ def _copy(poses: Reals, into: Reals) -> None:
                 into[k, i, j] = poses[k, i, j]
 
 
-@lean
+@compiled
 def bound_gap(
     prisms: Prisms, pairs: PrismPairs, p: int, needed_gap: float, duration: float, top: int, tables: IntervalTables
 ) -> tuple[float, float, float]:
@@ -186,7 +186,7 @@ def bound_gap(
     return low, first, second
 
 
-@lean
+@compiled
 def _separate(
     prisms: Prisms, pairs: PrismPairs, p: int, needed_gap: float, duration: float, tables: IntervalTables
 ) -> tuple[float, float, float]:
@@ -216,7 +216,7 @@ def _separate(
     return low, first, second
 
 
-@lean
+@compiled
 def chord_gap(
     prisms: Prisms, pairs: PrismPairs, p: int, side: int, direction: Vector3, duration: float, tables: IntervalTables
 ) -> tuple[float, float, float]:
@@ -241,7 +241,7 @@ def chord_gap(
     return min(gaps[0], gaps[1]) - tables.bends[p, side] * duration * duration, gaps[0], gaps[1]
 
 
-@lean
+@compiled
 def _extent(prisms: Prisms, f: int, direction: Vector3) -> float:
     """Return the highest coordinate of a prism along a direction, in the flat state."""
     highest = -math.inf
@@ -250,7 +250,7 @@ def _extent(prisms: Prisms, f: int, direction: Vector3) -> float:
     return highest
 
 
-@lean
+@compiled
 def pair_distance(
     prisms: Prisms, pairs: PrismPairs, p: int, pose: Reals, tables: IntervalTables
 ) -> tuple[float, Vector3]:
@@ -270,7 +270,7 @@ def pair_distance(
     return max(gap, 0.0), direction
 
 
-@lean
+@compiled
 def sphere_gap_bound(prisms: Prisms, pairs: PrismPairs, p: int, pose: Reals) -> float:
     """Return a lower bound of the distance of a pair, by their enclosing spheres."""
     f, g = pairs.prisms[p, 0], pairs.prisms[p, 1]
@@ -281,7 +281,7 @@ def sphere_gap_bound(prisms: Prisms, pairs: PrismPairs, p: int, pose: Reals) -> 
     return math.sqrt(dot(offset, offset)) - float(prisms.reaches[f] + prisms.reaches[g])
 
 
-@lean
+@compiled
 def write_relative_pose(prisms: Prisms, pairs: PrismPairs, p: int, poses: Reals, relative_pose: Reals) -> None:
     """Write the pose of the second panel of a pair relative to the first."""
     first_pose = poses[prisms.panels[pairs.prisms[p, 0]]]
@@ -294,13 +294,13 @@ def write_relative_pose(prisms: Prisms, pairs: PrismPairs, p: int, poses: Reals,
             relative_pose[i, j] = first_pose[0, i] * x + first_pose[1, i] * y + first_pose[2, i] * z
 
 
-@lean
+@compiled
 def rotated_by_pose(pose: Reals, a: Vector3) -> Vector3:
     """Return the rotation of a pose times a vector."""
     return dot(vector_at(pose, 0, 0), a), dot(vector_at(pose, 1, 0), a), dot(vector_at(pose, 2, 0), a)
 
 
-@lean
+@compiled
 def _turned_back(pose: Reals, a: Vector3) -> Vector3:
     """Return the transposed rotation of a pose times a vector."""
     return (

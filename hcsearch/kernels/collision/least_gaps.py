@@ -30,7 +30,7 @@ from hcsearch.kernels.collision.intervals import (
     start_step_intervals,
     write_relative_pose,
 )
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.courses import COURSE_TERM_COUNT, write_course, write_course_angles
 from hcsearch.kernels.linkage.loops import Chain, place_panels
 from hcsearch.kernels.linkage.prisms import PrismPairs, Prisms
@@ -64,7 +64,7 @@ def least_pair_gap(chain: Chain, prisms: Prisms, pairs: PrismPairs, course: Cour
     return least_gap
 
 
-@lean
+@compiled
 def _first_gap(prisms: Prisms, pairs: PrismPairs, tables: IntervalTables) -> float:
     """Return the least gap at the start of the motion."""
     least_gap = math.inf
@@ -77,7 +77,7 @@ def _first_gap(prisms: Prisms, pairs: PrismPairs, tables: IntervalTables) -> flo
     return least_gap
 
 
-@lean
+@compiled
 def _bound_pairs(
     prisms: Prisms,
     pairs: PrismPairs,
@@ -116,7 +116,7 @@ def _bound_pairs(
     return undecided, least_gap
 
 
-@lean
+@compiled
 def _along_axes(
     prisms: Prisms, pairs: PrismPairs, p: int, end: int, duration: float, tables: IntervalTables
 ) -> tuple[float, float]:
@@ -200,7 +200,7 @@ def smallest_dip(
     return dips.best[0], bound_count
 
 
-@lean
+@compiled
 def _narrow_dips(
     prisms: Prisms,
     pairs: PrismPairs,
@@ -234,7 +234,7 @@ def _narrow_dips(
     return undecided
 
 
-@lean
+@compiled
 def _complete_dips(prisms: Prisms, pairs: PrismPairs, rise: float, tables: IntervalTables, dips: _Dips) -> None:
     """Complete the dips of pairs whose gap has risen by the end of a step."""
     for p in range(len(pairs.prisms)):

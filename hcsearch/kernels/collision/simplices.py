@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 
 from hcsearch.kernels.algebra import Vector3, cross, dot, scaled_vector, vector_difference
-from hcsearch.kernels.compiling.compiled import inlined, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 CornerShares = tuple[float, float, float, float]
 """Barycentric coordinates of a point of a simplex; they sum to 1."""
 
 
-@inlined
+@compiled
 def nearest_simplex_point(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> tuple[float, CornerShares]:
     """Return squared length and barycentric coordinates (none below 0) of a simplex's point nearest to the origin."""
     if k == 1:
@@ -29,7 +29,7 @@ def nearest_simplex_point(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3
     return _of_tetrahedron(a, b, c, d)
 
 
-@inlined
+@compiled
 def _of_edge(a: Vector3, b: Vector3) -> tuple[float, float, float]:
     e = vector_difference(b, a)
     square_length = dot(e, e)
@@ -44,7 +44,7 @@ def _of_edge(a: Vector3, b: Vector3) -> tuple[float, float, float]:
     return x * x + y * y + z * z, s, t
 
 
-@inlined
+@compiled
 def _of_triangle(a: Vector3, b: Vector3, c: Vector3) -> tuple[float, float, float, float]:
     n = cross(vector_difference(b, a), vector_difference(c, a))
     s, t, u = dot(n, cross(b, c)), dot(n, cross(c, a)), dot(n, cross(a, b))
@@ -70,7 +70,7 @@ def _of_triangle(a: Vector3, b: Vector3, c: Vector3) -> tuple[float, float, floa
     return least_square, shares[0], shares[1], shares[2]
 
 
-@lean
+@compiled
 def _of_tetrahedron(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> tuple[float, CornerShares]:
     m, n = cross(a, b), cross(c, d)
     s, t, u, v = dot(b, n), -dot(a, n), dot(d, m), -dot(c, m)
@@ -101,7 +101,7 @@ def _of_tetrahedron(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> tuple[flo
     return least_square, shares
 
 
-@lean
+@compiled
 def _point(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares) -> Vector3:
     s, t, u, v = shares
     return (
@@ -111,7 +111,7 @@ def _point(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares)
     )
 
 
-@lean
+@compiled
 def _refined(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShares) -> CornerShares:
     """Return corrected barycentric coordinates of the origin in a tetrahedron, which may be nearly flat."""
     error = _point(a, b, c, d, shares)
@@ -124,7 +124,7 @@ def _refined(a: Vector3, b: Vector3, c: Vector3, d: Vector3, shares: CornerShare
     return shifted if shifted[0] > 0.0 and shifted[1] > 0.0 and shifted[2] > 0.0 and shifted[3] > 0.0 else shares
 
 
-@lean
+@compiled
 def side_with_last(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> CornerShares:
     """Return, as 1 or 0 per corner, the side nearest to the origin among those with a tetrahedron's last corner."""
     opposite_a, opposite_b, opposite_c = (_of_triangle(b, c, d)[0], _of_triangle(a, c, d)[0], _of_triangle(a, b, d)[0])
@@ -133,7 +133,7 @@ def side_with_last(a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> CornerShar
     return (1.0, 0.0, 1.0, 1.0) if opposite_b <= opposite_c else (1.0, 1.0, 0.0, 1.0)
 
 
-@lean
+@compiled
 def across_flat(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> Vector3:
     """Return the unit normal of a triangle, or of a flat tetrahedron."""
     n = cross(vector_difference(b, a), vector_difference(c, a))
@@ -149,7 +149,7 @@ def across_flat(k: int, a: Vector3, b: Vector3, c: Vector3, d: Vector3) -> Vecto
     return unit_vector(n)
 
 
-@inlined
+@compiled
 def simplex_normal(k: int, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
     """Return the unit normal, away from the origin, of the point, edge or triangle nearest to it."""
     if k == 1:
@@ -168,7 +168,7 @@ def simplex_normal(k: int, a: Vector3, b: Vector3, c: Vector3) -> Vector3:
     return unit_vector(scaled_vector(-1.0, n) if height < 0.0 else n)
 
 
-@inlined
+@compiled
 def across_edge(a: Vector3, b: Vector3) -> Vector3:
     """Return the unit direction from the origin to the line through two points."""
     e = vector_difference(b, a)
@@ -187,7 +187,7 @@ def across_edge(a: Vector3, b: Vector3) -> Vector3:
     return scaled_vector(1.0 + 0.5 * excess, n) if excess < 1e-8 else unit_vector(n)
 
 
-@inlined
+@compiled
 def unit_vector(a: Vector3) -> Vector3:
     """Return a normalised vector; the first axis for a zero vector."""
     square = dot(a, a)

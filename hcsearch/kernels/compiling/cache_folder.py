@@ -28,8 +28,13 @@ if TYPE_CHECKING:
 _MAX_FOLDER_SIZE = 512 * 2**20
 """Size (bytes) to which the folder is pruned: about ten sets of kernels."""
 REMEDY = "set NUMBA_CACHE_DIR to a folder that only you can write"
-KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN = "*.kernel", "*.part", "*.lock"
-"""File patterns: finished kernels, partly written files, and locks."""
+KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN, CALLS_FILE_PATTERN = (
+    "*.kernel",
+    "*.part",
+    "*.lock",
+    "*.calls",
+)
+"""File patterns: finished kernels, partly written files, locks, and names of the kernels that a job calls."""
 
 
 def wanted_folder() -> Path:
@@ -118,7 +123,9 @@ def prune_folder(folder: Path, max_size: int = _MAX_FOLDER_SIZE) -> None:
     """Delete the least recently used files until the rest take at most `max_size` bytes."""
     files = []
     for path in (
-        path for pattern in (KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN) for path in folder.glob(pattern)
+        path
+        for pattern in (KERNEL_FILE_PATTERN, PART_FILE_PATTERN, LOCK_FILE_PATTERN, CALLS_FILE_PATTERN)
+        for path in folder.glob(pattern)
     ):
         with suppress(OSError):  # another process may be pruning, too
             status = path.stat()

@@ -1,4 +1,4 @@
-"""Decorators that compile kernels with numba: cached on disk, releasing the interpreter lock, typed for mypy.
+"""The decorator that compiles kernels with numba: cached on disk, releasing the interpreter lock, typed for mypy.
 
 numba is a quarter of the start of a command that looks results up. So it is loaded when the first kernel is called,
 and small kernels run as Python before that.
@@ -18,23 +18,13 @@ Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 
 def compiled(function: Kernel) -> Kernel:
-    """Compile a kernel with numba."""
-    return _compiled(function, counting=True)
-
-
-def lean(function: Kernel) -> Kernel:
-    """Compile a kernel without reference counting; it must neither create arrays nor receive any from its callees.
-
-    At every call numba counts references to each array of a named tuple of arrays, which takes longer than a small
-    kernel itself. The caller keeps the arrays alive meanwhile. Assigning one table to another counts as creating an
-    array: they may share memory, so numba copies the source.
-    """
-    return _compiled(function, counting=False)
-
-
-def inlined(function: Kernel) -> Kernel:
-    """Compile a lean kernel inline into its callers, where passing arrays takes as long as the work itself."""
-    return _compiled(function, counting=False, forceinline=True)
+    """Compile a kernel with numba, when it is called first if numba is not loaded yet."""
+    make = partial(_made, function)
+    if "numba" in sys.modules:
+        end_waiting()
+        return cast(Kernel, make())
+    _waiting.append(_Waiting(function, make))
+    return cast(Kernel, _waiting[-1])
 
 
 def small(kernel: Kernel) -> Kernel:
@@ -82,7 +72,7 @@ class _Waiting:
         return getattr(self._kernel(), name)
 
     def _kernel(self) -> Any:
-        _end_waiting()
+        end_waiting()
         return self.__dict__["made"]
 
     def make_kernel(self) -> None:
@@ -94,7 +84,7 @@ _waiting: list[_Waiting] = []
 _ending = RLock()  # a server calls kernels in threads
 
 
-def _end_waiting() -> None:
+def end_waiting() -> None:
     """Make all kernels that wait, and put them into the modules that have their names: kernels call each other."""
     with _ending:
         packages = {kernel.__module__.partition(".")[0] for kernel in _waiting}
@@ -107,17 +97,7 @@ def _end_waiting() -> None:
                     setattr(module, name, value.made)
 
 
-def _compiled(function: Kernel, *, counting: bool, **options: bool) -> Kernel:
-    """Compile a function, when it is called first if numba is not loaded yet."""
-    make = partial(_made, function, counting=counting, **options)
-    if "numba" in sys.modules:
-        _end_waiting()
-        return cast(Kernel, make())
-    _waiting.append(_Waiting(function, make))
-    return cast(Kernel, _waiting[-1])
-
-
-def _made(function: Any, *, counting: bool, **options: bool) -> Any:
+def _made(function: Any) -> Any:
     """Compile a function and cache its machine code on disk, in numba's own cache if this numba lacks internals."""
     import numba  # noqa: PLC0415 - as the head of this module says
     from numba.core.dispatcher import Dispatcher  # noqa: PLC0415
@@ -128,10 +108,11 @@ def _made(function: Any, *, counting: bool, **options: bool) -> Any:
     if not has_internals():
         kernel = _kept_by_numba(function)
         return njit(nogil=True)(function) if kernel is None else kernel
-    from hcsearch.kernels.compiling.kernel_cache import KernelCache  # noqa: PLC0415 - imports what another numba may lack
+    # they import what another numba may lack
+    from hcsearch.kernels.compiling.kernel_cache import KernelCache  # noqa: PLC0415
+    from hcsearch.kernels.compiling.pipeline import KernelCompiler  # noqa: PLC0415
 
-    # kernels compiled on the way inherit the flag unless they set it
-    kernel = njit(nogil=True, no_cfunc_wrapper=True, _nrt=counting, **options)(function)
+    kernel = njit(nogil=True, no_cfunc_wrapper=True, pipeline_class=KernelCompiler)(function)
     if isinstance(kernel, Dispatcher):  # with numba disabled, njit returns the function itself
         KernelCache.attach(kernel)
     return kernel

@@ -14,6 +14,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numba
+from numba.core import codegen
 
 
 class NumbaInternal(NamedTuple):
@@ -49,6 +50,8 @@ NUMBA_INTERNALS = (
     NumbaInternal("numba.core.codegen", "CPUCodegen._init", ("self", "llvm_module"), ("_engine",)),
     # the code of a library, and its part that is linked into callers
     NumbaInternal("numba.core.codegen", "CPUCodeLibrary.__init__", sets=("_final_module", "_shared_module")),
+    NumbaInternal("numba.core.codegen", "CPUCodeLibrary._optimize_functions", ("self", "ll_module")),
+    NumbaInternal("numba.core.codegen", "CPUCodegen.__init__", sets=("_data_layout",)),
     # names of all functions that can be called
     NumbaInternal("numba.core.codegen", "JitEngine.__init__", sets=("_defined_symbols",)),
     NumbaInternal("numba.core.compiler", "CompileResult._reduce", ("self",)),
@@ -107,10 +110,19 @@ def use_compiler_settings() -> Iterator[None]:
     config: Any = numba.config
     chosen = compiler_settings()
     before = {name: getattr(config, name) for name in _OUR_SETTINGS}
+    library: Any = codegen.CPUCodeLibrary
+    optimise = library._optimize_functions
     for name in _OUR_SETTINGS:
         setattr(config, name, chosen[name])
+    library._optimize_functions = _leave_functions
     try:
         yield
     finally:
+        library._optimize_functions = optimise
         for name, value in before.items():
             setattr(config, name, value)
+
+
+def _leave_functions(library: Any, module: Any) -> None:
+    """Leave out the passes over single functions: those over the whole module follow, and do the same."""
+    module.data_layout = library._codegen._data_layout

@@ -1,13 +1,29 @@
-"""Progress of compilation: kernels compiled by any process, k of n, and the current kernel of this process."""
+"""Progress of compilation: kernels compiled by any process, k of n, and the current kernel of this process.
+
+Which kernels Python calls in a job is recorded beside them, so that their compilation can begin before the job.
+"""
 
 from __future__ import annotations
 
+import importlib
+import sys
 import time
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import Any, NamedTuple
 
-from hcsearch.kernels.compiling.cache_folder import KERNEL_FILE_PATTERN, readable_folder, writable_folder
+from numba.core.dispatcher import Dispatcher
+
+from hcsearch.kernels.compiling.cache_folder import (
+    CALLS_FILE_PATTERN,
+    KERNEL_FILE_PATTERN,
+    readable_folder,
+    writable_folder,
+    write_atomically,
+)
+from hcsearch.kernels.compiling.compiled import end_waiting
 from hcsearch.kernels.compiling.numba_internals import has_internals
+from hcsearch.kernels.compiling.own_folders import is_own_file
 from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
 
 
@@ -18,6 +34,10 @@ class Compilation(NamedTuple):
     total: int
     name: str
     before: int
+
+
+CALLED_BY_PYTHON: set[Any] = set()
+"""The kernels that Python has called in this process."""
 
 
 class _State:
@@ -93,3 +113,32 @@ def _files() -> list[Any]:
     return [
         path for folder in {readable_folder(), writable_folder()} if folder for path in folder.glob(KERNEL_FILE_PATTERN)
     ]
+
+
+def record_called_kernels(job: str) -> None:
+    """Record the kernels that Python has called in this process as those of a job."""
+    folder = writable_folder()
+    if folder is not None:
+        lines = sorted(f"{kernel.__module__} {kernel.__name__}" for kernel in CALLED_BY_PYTHON)
+        write_atomically(folder / CALLS_FILE_PATTERN.replace("*", job), "\n".join(lines).encode())
+
+
+def has_kernels_of(job: str) -> bool:
+    """Return whether the kernels recorded for a job can be called without compiling; true with numba's own cache."""
+    if not has_internals():
+        return True
+    folder = readable_folder()
+    with suppress(OSError, ImportError, AttributeError):  # none was recorded, or a kernel is no more
+        path = folder / CALLS_FILE_PATTERN.replace("*", job) if folder is not None else None
+        if path is not None and is_own_file(path):
+            names = (line.split() for line in path.read_text().splitlines())
+            return all(is_ready(getattr(importlib.import_module(module), name)) for module, name in names)
+    return False
+
+
+def kernels_in_use() -> list[Any]:
+    """Return the kernels that modules outside of `hcsearch.kernels` have imported."""
+    end_waiting()
+    users = [module for name, module in sys.modules.items() if name.startswith("hcsearch.")]
+    used = [value for user in users for value in vars(user).values() if ".kernels." not in f"{user.__name__}."]
+    return [value for value in used if isinstance(value, Dispatcher)]

@@ -14,7 +14,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.algebra import factor_symmetric
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.enclosure.expansion import EQUATIONS_PER_LOOP, Expansion, HingeRings
 
 COMBINATION_LANE_COUNT = 8
@@ -60,7 +60,7 @@ def new_combinations(rings: HingeRings, expansion: Expansion) -> Combinations:
     )
 
 
-@lean
+@compiled
 def weigh_equations(radii: Reals, expansion: Expansion, work: Combinations) -> bool:
     """Write V V^T, factored (Cholesky), and the centred values; return whether it has a factor."""
     _write_terms(radii, expansion, work)
@@ -74,7 +74,7 @@ def weigh_equations(radii: Reals, expansion: Expansion, work: Combinations) -> b
     return factor_symmetric(gram, 1e-12 * trace)
 
 
-@lean
+@compiled
 def _write_terms(radii: Reals, expansion: Expansion, work: Combinations) -> None:
     """Write terms, sizes, weighted terms and centred values; a square ranges from 0 to its greatest value."""
     n, r = len(radii), len(expansion.values)
@@ -101,7 +101,7 @@ def _write_terms(radii: Reals, expansion: Expansion, work: Combinations) -> None
             work.weighted[k, row + i] = square * expansion.bends[q, i]
 
 
-@lean
+@compiled
 def _write_gram(count: int, work: Combinations) -> None:
     """Write the lower triangle of V V^T, in blocks of three by three, whose sums stay in registers."""
     gram, weighted, terms = work.gram, work.weighted, work.terms
@@ -125,7 +125,7 @@ def _write_gram(count: int, work: Combinations) -> None:
             gram[i + 2, j], gram[i + 2, j + 1], gram[i + 2, j + 2] = s20, s21, s22
 
 
-@lean
+@compiled
 def solve_combinations(work: Combinations) -> None:
     """Replace the right sides in `weights` by their combinations, with the factor of `weigh_equations`."""
     weights, gram = work.weights, work.gram
@@ -148,7 +148,7 @@ def solve_combinations(work: Combinations) -> None:
             weights[i, c] *= part
 
 
-@lean
+@compiled
 def combine_equations(radii: Reals, expansion: Expansion, work: Combinations) -> None:
     """Write values, coefficients and errors of the combinations in `weights`."""
     n, count = len(radii), len(radii) + expansion.bend_count[0]
@@ -166,7 +166,7 @@ def combine_equations(radii: Reals, expansion: Expansion, work: Combinations) ->
             errors[c] += size * abs(work.coefficients[k, c])
 
 
-@lean
+@compiled
 def _write_parts(count: int, terms: Reals, weights: Reals, coefficients: Reals) -> None:
     """Write the product of terms and combinations, twelve equations at a time, so that a row stays in registers."""
     for k in range(count):
@@ -194,7 +194,7 @@ def _write_parts(count: int, terms: Reals, weights: Reals, coefficients: Reals) 
                 )
 
 
-@lean
+@compiled
 def _write_rests(expansion: Expansion, work: Combinations) -> None:
     """Write bounds of the third order, and errors as the sum of these and rounding.
 
@@ -221,7 +221,7 @@ def _write_rests(expansion: Expansion, work: Combinations) -> None:
         errors[c] += third_orders[c]
 
 
-@lean
+@compiled
 def add_shares(radii: Reals, expansion: Expansion, shares: Reals, work: Combinations) -> None:
     """Add to `shares`, (n,), by how much each angle's higher orders leave the first combination unknown."""
     n, total = len(radii), 0.0

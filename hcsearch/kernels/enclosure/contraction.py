@@ -14,7 +14,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
 from hcsearch.kernels.algebra import factor_symmetric, solve_factored
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.enclosure.combinations import (
     COMBINATION_LANE_COUNT,
     Combinations,
@@ -87,7 +87,7 @@ def new_contraction(rings: HingeRings) -> Contraction:
     )
 
 
-@lean
+@compiled
 def contract_box(rings: HingeRings, low: Reals, high: Reals, work: Contraction) -> bool:
     """Contract a box, (n,) each, onto its closed states; return False where it is proved to hold none.
 
@@ -127,7 +127,7 @@ def contract_box(rings: HingeRings, low: Reals, high: Reals, work: Contraction) 
     return True
 
 
-@lean
+@compiled
 def _centre(low: Reals, high: Reals, work: Contraction) -> None:
     """Write the middles and radii of a box."""
     for h in range(len(low)):
@@ -135,7 +135,7 @@ def _centre(low: Reals, high: Reals, work: Contraction) -> None:
         work.radii[h] = 0.5 * (high[h] - low[h]) * (1.0 + 1e-15) + 1e-15
 
 
-@lean
+@compiled
 def _width(low: Reals, high: Reals) -> float:
     """The sum of the sides of a box."""
     total = 0.0
@@ -144,7 +144,7 @@ def _width(low: Reals, high: Reals) -> float:
     return total
 
 
-@lean
+@compiled
 def _cut_otherwise(rings: HingeRings, work: Contraction) -> bool:
     """Cut the loops in the next alternative way; return whether that differs from the best cuts."""
     cuts, differs = work.expansion.cuts, False
@@ -155,7 +155,7 @@ def _cut_otherwise(rings: HingeRings, work: Contraction) -> bool:
     return differs
 
 
-@lean
+@compiled
 def _known(work: Contraction) -> float:
     """The first combination's value in the middle of a box, relative to its greatest change in the box."""
     combinations = work.combinations
@@ -165,7 +165,7 @@ def _known(work: Contraction) -> float:
     return abs(combinations.values[0]) / differs if differs > 0.0 else 0.0
 
 
-@lean
+@compiled
 def _use(rings: HingeRings, first: int, low: Reals, high: Reals, work: Contraction) -> bool:
     """Contract a box by some combinations, number 0 that of the values; return False where one excludes all of it."""
     n, combinations = len(low), work.combinations
@@ -192,7 +192,7 @@ def _use(rings: HingeRings, first: int, low: Reals, high: Reals, work: Contracti
     return True
 
 
-@lean
+@compiled
 def _refine(rings: HingeRings, work: Contraction) -> None:
     """Bound the third order of the first combination term by term."""
     combinations = work.combinations
@@ -204,7 +204,7 @@ def _refine(rings: HingeRings, work: Contraction) -> None:
         combinations.errors[0] -= gain
 
 
-@lean
+@compiled
 def _scale(combinations: Combinations) -> None:
     """Scale the greatest entry of each combination to 1; one that is not finite becomes 0 and bounds nothing."""
     greatest = combinations.sums[0]
@@ -225,7 +225,7 @@ def _scale(combinations: Combinations) -> None:
             combinations.weights[i, c] *= greatest[c]
 
 
-@lean
+@compiled
 def _bound(c: int, low: Reals, high: Reals, work: Contraction) -> bool:
     """Contract a box by one combination; return False where it excludes all of the box."""
     combinations, n = work.combinations, len(low)
@@ -287,7 +287,7 @@ def new_newton(rings: HingeRings) -> Newton:
     return Newton(tables[0], tables[1], lists[0], lists[1], lists[2], np.zeros(n, np.bool_))
 
 
-@lean
+@compiled
 def close_within_box(
     rings: HingeRings, low: Reals, high: Reals, state: Reals, expansion: Expansion, work: Newton
 ) -> float:
@@ -317,7 +317,7 @@ def close_within_box(
     return residual
 
 
-@lean
+@compiled
 def _write_normal(damping: float, expansion: Expansion, work: Newton) -> None:
     """Write the normal equations of a step."""
     r, n = expansion.slopes.shape
@@ -336,7 +336,7 @@ def _write_normal(damping: float, expansion: Expansion, work: Newton) -> None:
         work.normal[h, h] += damping
 
 
-@lean
+@compiled
 def _write_step(low: Reals, high: Reals, state: Reals, work: Newton) -> bool:
     """Write a step that ends within the bounds; return whether there is one.
 

@@ -28,7 +28,7 @@ from hcsearch.kernels.algebra import (
     vector_difference,
     vector_sum,
 )
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import fold_on
 
 EQUATIONS_PER_LOOP = 12
@@ -113,7 +113,7 @@ def new_expansion(rings: HingeRings) -> Expansion:
     )
 
 
-@lean
+@compiled
 def expand_closure(rings: HingeRings, angles: Reals, radii: Reals, expansion: Expansion) -> None:
     """Write the equations about a state, for angles that differ from it by up to the radii, (n,) each.
 
@@ -134,7 +134,7 @@ def expand_closure(rings: HingeRings, angles: Reals, radii: Reals, expansion: Ex
         expansion.errors[loop] = HALF_POSE_ROUNDING * count * (1.0 + 2.0 * far) * (1.0 + total * (1.0 + total))
 
 
-@lean
+@compiled
 def cut_loops(rings: HingeRings, radii: Reals, turn: int, cuts: WholeNumbers) -> None:
     """Choose where each loop is cut: bounds of third order are cubic in the sum of the radii of either half.
 
@@ -159,14 +159,14 @@ def cut_loops(rings: HingeRings, radii: Reals, turn: int, cuts: WholeNumbers) ->
         cuts[loop, 0], cuts[loop, 1] = chosen // m, chosen % m
 
 
-@lean
+@compiled
 def keep_cuts(source: WholeNumbers, target: WholeNumbers) -> None:
     """Copy the cuts of all loops, (n_loops, 2)."""
     for loop in range(len(source)):
         target[loop, 0], target[loop, 1] = source[loop, 0], source[loop, 1]
 
 
-@lean
+@compiled
 def write_first_order(rings: HingeRings, angles: Reals, expansion: Expansion) -> None:
     """Write the values and slopes of the equations at a state, with the present cuts."""
     expansion.slopes[:] = 0.0
@@ -190,7 +190,7 @@ def write_first_order(rings: HingeRings, angles: Reals, expansion: Expansion) ->
         _write_slopes(2 * loop + 1, -1.0, there, second, rings, expansion)
 
 
-@lean
+@compiled
 def _lay_out(rings: HingeRings, loop: int, expansion: Expansion) -> None:
     """Write the hinges of both halves of a loop, from its first panel to its middle one."""
     start, end = rings.starts[loop], rings.starts[loop + 1]
@@ -205,7 +205,7 @@ def _lay_out(rings: HingeRings, loop: int, expansion: Expansion) -> None:
         place += 1
 
 
-@lean
+@compiled
 def _middle(rings: HingeRings, loop: int, expansion: Expansion) -> Vector3:
     """A point of the middle panel, in the flat state."""
     start, m = rings.starts[loop], rings.starts[loop + 1] - rings.starts[loop]
@@ -214,7 +214,7 @@ def _middle(rings: HingeRings, loop: int, expansion: Expansion) -> Vector3:
     return scaled_vector(0.5, vector_sum(before, after))
 
 
-@lean
+@compiled
 def _place(rings: HingeRings, half: int, angles: Reals, pose: Reals, expansion: Expansion) -> None:
     """Write the axes of a folded half, points of them into `levers`, and the pose at its end."""
     sense = 1.0 if half % 2 == 0 else -1.0
@@ -230,7 +230,7 @@ def _place(rings: HingeRings, half: int, angles: Reals, pose: Reals, expansion: 
         fold_on(pose, rings.directions[k], rings.points[k], sense * angles[rings.hinges[k]])
 
 
-@lean
+@compiled
 def moved_point(pose: Reals, point: Vector3) -> Vector3:
     """Return a point moved by a pose."""
     x, y, z = point
@@ -241,7 +241,7 @@ def moved_point(pose: Reals, point: Vector3) -> Vector3:
     )
 
 
-@lean
+@compiled
 def _write_slopes(
     half: int, sign: float, middle: Vector3, last: Reals, rings: HingeRings, expansion: Expansion
 ) -> None:
@@ -261,7 +261,7 @@ def _write_slopes(
             expansion.slopes[row + 9 + i, h] += sign * lever[i]
 
 
-@lean
+@compiled
 def _write_bends(rings: HingeRings, half: int, expansion: Expansion) -> None:
     """Write the second-order terms of a half, for all products of two hinges."""
     sign, q = 1.0 if half % 2 == 0 else -1.0, expansion.bend_count[0]
@@ -282,7 +282,7 @@ def _write_bends(rings: HingeRings, half: int, expansion: Expansion) -> None:
     expansion.bend_count[0] = q
 
 
-@lean
+@compiled
 def _add_rests(rings: HingeRings, half: int, radii: Reals, expansion: Expansion) -> tuple[float, float]:
     """Add the third and fourth orders of a half; return the sum of its radii, and the greatest reach of its hinges.
 
@@ -311,7 +311,7 @@ def _add_rests(rings: HingeRings, half: int, radii: Reals, expansion: Expansion)
     return total, far
 
 
-@lean
+@compiled
 def bound_third_order(radii: Reals, hinges: WholeNumbers, expansion: Expansion, weights: Reals) -> float:
     """Bound the third and higher orders of the first combination, a column of (r, m), without rounding.
 
@@ -344,7 +344,7 @@ def bound_third_order(radii: Reals, hinges: WholeNumbers, expansion: Expansion, 
     return total * (1.0 + 1e-12)
 
 
-@lean
+@compiled
 def _turned(row: int, q: int, expansion: Expansion, weights: Reals) -> Vector3:
     """The sum of cross products of the columns of a bend with those of the first combination."""
     bend = expansion.bends[q]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.refutation import (
     BOX_CLOSED,
@@ -97,7 +97,7 @@ def new_flood(start: Reals, goal: Reals, grid: Reals, capacity: int) -> Flood:
     return flood
 
 
-@lean
+@compiled
 def _slot(flood: Flood, cube: NDArray[np.int8]) -> int:
     """The slot of a cube in the hash table, or the empty slot where it would be inserted."""
     key = 1469598103934665603
@@ -157,7 +157,7 @@ def spread_flood(rings: HingeRings, flood: Flood, boxes: int, work: Refutation) 
     return FLOOD_GOING
 
 
-@lean
+@compiled
 def _next_face(flood: Flood) -> tuple[int, int]:
     """The next face to test, 2 n times its cube plus its side, and how often it has waited; -1 for none."""
     counts, queues, sides = flood.counts, flood.queues, 2 * len(flood.goal)
@@ -175,7 +175,7 @@ def _next_face(flood: Flood) -> tuple[int, int]:
     return -1, 0
 
 
-@lean
+@compiled
 def _tested(
     rings: HingeRings, flood: Flood, low: Reals, high: Reals, begins: bool, boxes: int, state: Reals, work: Refutation
 ) -> int:
@@ -204,7 +204,7 @@ def _tested(
     return BOX_OPEN if verdict == BOX_UNFINISHED and work.counts[REFUTATION_TESTED_BOXES] >= limit else verdict
 
 
-@lean
+@compiled
 def _write_nearest(flood: Flood, low: Reals, high: Reals, state: Reals) -> None:
     """Write the state of the current face that is nearest to the one by which the flood came to its cube."""
     number = flood.counts[COUNT_CURRENT_FACE] // (2 * len(low))
@@ -212,7 +212,7 @@ def _write_nearest(flood: Flood, low: Reals, high: Reals, state: Reals) -> None:
         state[h] = min(max(flood.states[number, h], low[h]), high[h])
 
 
-@lean
+@compiled
 def _take_in(flood: Flood, slot: int, cube: NDArray[np.int8], state: Reals) -> None:
     """Take in a cube, with a state of the face by which it was reached."""
     number = flood.counts[COUNT_TAIL]

@@ -17,7 +17,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import Vector3, cross, dot, put_vector, scaled_vector, vector_at, vector_difference
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.enclosure.combinations import add_shares, combine_equations, solve_combinations, weigh_equations
 from hcsearch.kernels.enclosure.contraction import Contraction
 from hcsearch.kernels.enclosure.expansion import HALF_POSE_ROUNDING, HingeRings, expand_closure
@@ -46,7 +46,7 @@ def new_piercings(plates: Plates) -> Piercings:
     return Piercings(np.zeros(rows), np.zeros((rows, 2), np.int64), np.zeros(rows), np.zeros((s, 3)), np.zeros((s, k)))
 
 
-@lean
+@compiled
 def write_piercings(plates: Plates, angles: Reals, radii: Reals, sight: FacetView, work: Piercings) -> float:
     """Write the deepest piercing of each pair at a state, (n,); return the greatest depth.
 
@@ -66,7 +66,7 @@ def write_piercings(plates: Plates, angles: Reals, radii: Reals, sight: FacetVie
     return deepest
 
 
-@lean
+@compiled
 def _near(plates: Plates, facet: int, other: int, sight: FacetView, work: Piercings) -> bool:
     """Whether the balls about two facets meet and their heights overlap; writes the samples of the second."""
     away = vector_difference(viewed_point(sight, plates.middles, other), vector_at(plates.middles, facet, 0))
@@ -83,7 +83,7 @@ def _near(plates: Plates, facet: int, other: int, sight: FacetView, work: Pierci
     return meets
 
 
-@lean
+@compiled
 def _deepest(plates: Plates, facet: int, other: int, row: int, work: Piercings) -> float:
     """Write the deepest piercing of a facet by segments of another one; return its depth, 0 without one.
 
@@ -183,7 +183,7 @@ def new_overlaps(rings: HingeRings, plates: Plates) -> Overlaps:
     )
 
 
-@lean
+@compiled
 def clear_at(state: Reals, work: Overlaps) -> bool:
     """Whether no panels are known to overlap at a state, (n,)."""
     if len(work.plates.pairs) == 0:
@@ -193,7 +193,7 @@ def clear_at(state: Reals, work: Overlaps) -> bool:
     return write_piercings(work.plates, state, work.slopes, work.sight, work.piercings) < CLEAR_PIERCING_DEPTH
 
 
-@lean
+@compiled
 def overlap_in_box(rings: HingeRings, low: Reals, high: Reals, closure: Contraction, work: Overlaps) -> int:
     """Return NONE, AT_MIDDLE or THROUGHOUT for the closed states of a box, (n,); AT_MIDDLE writes `kept_shares`."""
     if len(work.plates.pairs) == 0:
@@ -222,7 +222,7 @@ def overlap_in_box(rings: HingeRings, low: Reals, high: Reals, closure: Contract
     return OVERLAP_AT_MIDDLE
 
 
-@lean
+@compiled
 def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: Overlaps) -> bool:
     """Whether a piercing lasts in all of a box; if not, `shares` are those of the condition that fails."""
     plates, pair, order = work.plates, row // 2, row % 2
@@ -260,7 +260,7 @@ def _lasts(row: int, middles: Reals, radii: Reals, closure: Contraction, work: O
     return True
 
 
-@lean
+@compiled
 def _trace(traced: int, place: Vector3, point: float, radii: Reals, work: Overlaps) -> None:
     """Write how a traced point moves in a box: levers, bends, and bounds of the remainder (locks.md, 2).
 
@@ -293,7 +293,7 @@ def _trace(traced: int, place: Vector3, point: float, radii: Reals, work: Overla
             q += 1
 
 
-@lean
+@compiled
 def _form(traced: int, row: int, normal: Vector3, value: float, radii: Reals, work: Overlaps) -> None:
     """Write the value at the middle of a box plus the motion of a traced point along a unit vector, as a form."""
     m, q, spread = work.sight.length[0], 0, 0.0
@@ -315,14 +315,14 @@ def _form(traced: int, row: int, normal: Vector3, value: float, radii: Reals, wo
     work.values[row], work.errors[row], work.spreads[row] = value, error, spread
 
 
-@lean
+@compiled
 def _least(row: int, work: Overlaps) -> float:
     """The lower bound of a form in a box."""
     bound: float = work.values[row] - (work.errors[row] + work.spreads[row]) * (1.0 + 1e-12) - 1e-14
     return bound
 
 
-@lean
+@compiled
 def _crossing(work: Overlaps) -> tuple[float, float]:
     """Write the slopes of the crossing's distance inside a side, times the segment's rise; return its value and error.
 
@@ -342,7 +342,7 @@ def _crossing(work: Overlaps) -> tuple[float, float]:
     return value, error * (1.0 + 1e-12) + 1e-14 * sizes
 
 
-@lean
+@compiled
 def _positive(value: float, error: float, radii: Reals, closure: Contraction, work: Overlaps) -> bool:
     """Whether value + slopes . d exceeds an error at all closed states of a box; if not, write `shares`.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import Vector3, put_vector, vector_at
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.enclosure.expansion import moved_point
 from hcsearch.kernels.linkage.loops import fold_on
 
@@ -86,7 +86,7 @@ def new_facet_view(folds: int) -> FacetView:
     )
 
 
-@lean
+@compiled
 def view_facet(plates: Plates, pair: int, order: int, angles: Reals, radii: Reals, sight: FacetView) -> None:
     """Write the view of the second facet of a pair from the first (order 0), or the reverse (1), at a state, (n,).
 
@@ -115,7 +115,7 @@ def view_facet(plates: Plates, pair: int, order: int, angles: Reals, radii: Real
     sight.length[0] = end - start
 
 
-@lean
+@compiled
 def viewed_point(sight: FacetView, points: Reals, k: int) -> Vector3:
     """The place of a point of the viewed facet, from a table, (m, 3)."""
     return moved_point(sight.pose, vector_at(points, k, 0))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.enclosure.contraction import (
     NEWTON_RESIDUAL,
     Contraction,
@@ -88,7 +88,7 @@ def new_refutation(rings: HingeRings) -> Refutation:
     return refutation_with(rings, no_plates())
 
 
-@lean
+@compiled
 def reaches_closed_state(rings: HingeRings, low: Reals, high: Reals, state: Reals, work: Refutation) -> bool:
     """Move a state to a closed one within a box, (n,) each; return whether it is closed and panels are clear there."""
     if close_within_box(rings, low, high, state, work.contraction.expansion, work.newton) >= 10.0 * NEWTON_RESIDUAL:
@@ -96,7 +96,7 @@ def reaches_closed_state(rings: HingeRings, low: Reals, high: Reals, state: Real
     return clear_at(state, work.overlaps)
 
 
-@lean
+@compiled
 def start_refutation(rings: HingeRings, low: Reals, high: Reals, work: Refutation) -> None:
     """Start the search of a box, (n,) each."""
     for h in range(len(low)):
@@ -106,7 +106,7 @@ def start_refutation(rings: HingeRings, low: Reals, high: Reals, work: Refutatio
     work.counts[REFUTATION_WAITING_BOXES], work.counts[REFUTATION_TESTED_BOXES] = 1, 0
 
 
-@lean
+@compiled
 def continue_refutation(rings: HingeRings, max_boxes: int, work: Refutation) -> int:
     """Continue a search up to a total of `max_boxes` tested boxes; return EMPTY, CLOSED, OPEN or UNFINISHED."""
     counts = work.counts
@@ -123,7 +123,7 @@ def continue_refutation(rings: HingeRings, max_boxes: int, work: Refutation) -> 
     return BOX_EMPTY
 
 
-@lean
+@compiled
 def test_box(rings: HingeRings, number: int, work: Refutation) -> tuple[int, int]:
     """Contract a box of the list; return EMPTY, CLOSED, OPEN, or UNFINISHED, and the side to split."""
     low, high, cuts = work.lows[number], work.highs[number], work.contraction.expansion.cuts
@@ -152,7 +152,7 @@ def test_box(rings: HingeRings, number: int, work: Refutation) -> tuple[int, int
     return BOX_UNFINISHED, side
 
 
-@lean
+@compiled
 def split_box(side: int, number: int, work: Refutation) -> None:
     """Split a box of the list in the middle of a side; the upper half is put next to it."""
     below, above = work.lows[number], work.highs[number]
@@ -164,7 +164,7 @@ def split_box(side: int, number: int, work: Refutation) -> None:
     work.highs[number, side] = middle
 
 
-@lean
+@compiled
 def _side(low: Reals, high: Reals, shares: Reals) -> tuple[int, float]:
     """The side to split, which contributes most to the unknown part, and the length of the longest side."""
     widest = _widest(low, high)
@@ -175,7 +175,7 @@ def _side(low: Reals, high: Reals, shares: Reals) -> tuple[int, float]:
     return side, widest
 
 
-@lean
+@compiled
 def _widest(low: Reals, high: Reals) -> float:
     """The length of the longest side of a box."""
     widest = 0.0

@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 BOX_FEASIBILITY = 1e-9
 """By how much a coordinate of the best point may exceed its bound of 1."""
@@ -27,7 +27,7 @@ LEAST_BOX_PIVOT = 1e-9
 """Entries of the table that count as zero: rows are orthonormal, so that entries are about 1."""
 
 
-@lean
+@compiled
 def _pivot(table: Reals, row: int, column: int) -> None:
     """Clear a column of the table but for a 1 in a row."""
     scale = 1.0 / table[row, column]
@@ -57,7 +57,7 @@ def first_box_table(rows: Reals, table: Reals, basis: WholeNumbers) -> None:
         basis[i] = best
 
 
-@lean
+@compiled
 def _entering(table: Reals, row: int, sense: float, slope: float, residuals: Reals, point: Reals) -> int:
     """Return the column whose residual vanishes where the sum is least, and flip those that change sign before; or -1.
 
@@ -80,7 +80,7 @@ def _entering(table: Reals, row: int, sense: float, slope: float, residuals: Rea
         point[best] = -point[best]
 
 
-@lean
+@compiled
 def _climb(goal: Reals, table: Reals, basis: WholeNumbers, residuals: Reals, point: Reals) -> None:
     """Descend from a basis to the best one for a goal, and write its point, shape (n,)."""
     r, n = len(basis), len(goal)
@@ -117,7 +117,7 @@ def _climb(goal: Reals, table: Reals, basis: WholeNumbers, residuals: Reals, poi
     _write_basic(table, basis, point)
 
 
-@lean
+@compiled
 def _write_basic(table: Reals, basis: WholeNumbers, point: Reals) -> None:
     """Write the coordinates of the basic columns, which close the rows, kept within their bounds."""
     for i in range(len(basis)):
@@ -133,7 +133,7 @@ def _write_basic(table: Reals, basis: WholeNumbers, point: Reals) -> None:
         point[basis[i]] = coordinate
 
 
-@lean
+@compiled
 def _best(
     rows: Reals,
     goal: Reals,
@@ -157,7 +157,7 @@ def _best(
     return bound
 
 
-@lean
+@compiled
 def _best_from(
     rows: Reals, goal: Reals, work: tuple[Reals, WholeNumbers, Reals], multipliers: Reals, point: Reals
 ) -> float:
@@ -178,7 +178,7 @@ def _best_from(
     return bound
 
 
-@lean
+@compiled
 def _copy_table(start: tuple[Reals, WholeNumbers], work: tuple[Reals, WholeNumbers, Reals]) -> None:
     """Copy the first table and its basis, entry by entry, as assigning tables would copy them first."""
     for i in range(len(start[1])):
@@ -263,7 +263,7 @@ def farthest_in_box(rows: Reals, images: Reals, distances: Reals) -> None:
         distances[k] = farthest
 
 
-@lean
+@compiled
 def _length(image: Reals, point: Reals) -> float:
     """Return the length of the image of a point."""
     x = y = 0.0
@@ -273,7 +273,7 @@ def _length(image: Reals, point: Reals) -> float:
     return math.hypot(x, y)
 
 
-@lean
+@compiled
 def _corner(turn: float, first: float, second: float) -> tuple[float, float]:
     """Return the greatest length within a sector and two support lines, and the angle from the first line to it.
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import add_bracket, scalar_product
-from hcsearch.kernels.compiling.compiled import compiled, lean, small
+from hcsearch.kernels.compiling.compiled import compiled, small
 
 MAX_EXTREME_RAYS = 2048
 """Greatest number of extreme rays; cones with more are left undecided."""
@@ -23,7 +23,7 @@ END_LOCKED, END_PASSED, END_OPEN = 1, 2, 0
 are too many rays to decide; open, as no motion was found that is possible to second order."""
 
 
-@lean
+@compiled
 def _orthogonalise(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Reals) -> None:
     """Orthogonalise the k-th chosen column against those before it, twice for accuracy: one step of QR."""
     height = columns.shape[1]
@@ -47,7 +47,7 @@ def _orthogonalise(columns: Reals, chosen: WholeNumbers, k: int, q: Reals, r: Re
         q[k, c] /= r[k, k]
 
 
-@lean
+@compiled
 def _least_squares(q: Reals, r: Reals, target: Reals, count: int, weights: Reals) -> None:
     """Write the least-squares weights of the first `count` orthogonalised columns."""
     for i in range(count - 1, -1, -1):
@@ -249,7 +249,7 @@ def cone_rays(columns: Reals, rays: Reals) -> int:
     return int(count)
 
 
-@lean
+@compiled
 def _at_most(support: int, size: int) -> bool:
     """Return whether a bit set has at most `size` members."""
     for _ in range(size):

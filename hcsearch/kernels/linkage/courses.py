@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.prisms import PrismPairs
 
 COURSE_TERM_COUNT = 6
 """Coefficients of a course: a quintic in the share of the step, or a cubic if accelerations are unknown."""
 
 
-@lean
+@compiled
 def write_course(
     h: float, cubic: bool, q0: Reals, v0: Reals, a0: Reals, q1: Reals, v1: Reals, a1: Reals, course: Reals
 ) -> None:
@@ -50,7 +50,7 @@ def course_polynomials(times: Reals, angles: Reals, rates: Reals, accelerations:
     return courses
 
 
-@lean
+@compiled
 def write_course_angles(course: Reals, x: float, angles: Reals) -> None:
     """Write the angles at a share x of the step."""
     for i in range(len(angles)):
@@ -60,7 +60,7 @@ def write_course_angles(course: Reals, x: float, angles: Reals) -> None:
         angles[i] = value
 
 
-@lean
+@compiled
 def write_course_rates(course: Reals, x: float, h: float, rates: Reals) -> None:
     """Write the rates (rad/s) at a share x of a step of length h (s)."""
     for i in range(len(rates)):
@@ -70,7 +70,7 @@ def write_course_rates(course: Reals, x: float, h: float, rates: Reals) -> None:
         rates[i] = value / h
 
 
-@lean
+@compiled
 def write_course_accelerations(course: Reals, x: float, h: float, accelerations: Reals) -> None:
     """Write the accelerations (rad/s^2) at a share x of a step of length h (s)."""
     for i in range(len(accelerations)):
@@ -80,7 +80,7 @@ def write_course_accelerations(course: Reals, x: float, h: float, accelerations:
         accelerations[i] = value / (h * h)
 
 
-@lean
+@compiled
 def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) -> None:
     """Write upper bounds of |rate| (rad/s) and |acceleration| (rad/s^2) in the step.
 
@@ -106,7 +106,7 @@ def bound_rates(course: Reals, h: float, speeds: Reals, accelerations: Reals) ->
         accelerations[i] /= h * h
 
 
-@lean
+@compiled
 def path_speed(pairs: PrismPairs, p: int, side: int, speeds: Reals, panels: WholeNumbers) -> float:
     """Return an upper bound of the speed (m/s) of points of a pair's second prism relative to the panel of the first.
 
@@ -126,7 +126,7 @@ def path_speed(pairs: PrismPairs, p: int, side: int, speeds: Reals, panels: Whol
     return speed
 
 
-@lean
+@compiled
 def path_bend(pairs: PrismPairs, p: int, side: int, speeds: Reals, accelerations: Reals, panels: WholeNumbers) -> float:
     """Return an upper bound of the acceleration (m/s^2) of points of a pair's second prism relative to the first panel.
 

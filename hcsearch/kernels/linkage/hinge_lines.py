@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import Integers16, Integers32, Reals, WholeNumbers
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 StepWords = NDArray[np.int8]
 
@@ -37,13 +37,13 @@ class EdgeTables(NamedTuple):
     scale: int
 
 
-@lean
+@compiled
 def _put_line(line: WholeNumbers, px: int, py: int, qx: int, qy: int, z: int, sign: int) -> None:
     dx, dy = sign * (qx - px), sign * (qy - py)
     line[0], line[1], line[2], line[3], line[4] = dx, dy, -z * dy, z * dx, px * dy - py * dx
 
 
-@lean
+@compiled
 def write_flat_lines(word: StepWords, crease: int, tables: EdgeTables, lines: WholeNumbers) -> None:
     """Write the lines about which hinges fold in the flat state, from crease + 1 on around the circuit.
 
@@ -66,7 +66,7 @@ def write_flat_lines(word: StepWords, crease: int, tables: EdgeTables, lines: Wh
         y += tables.vectors[d, 1]
 
 
-@lean
+@compiled
 def write_folded_lines(word: StepWords, crease: int, tables: EdgeTables, lines: WholeNumbers) -> None:
     """Write the lines about which hinges open in the folded state, in the order of `write_flat_lines`.
 
@@ -143,7 +143,7 @@ def _rank_modulo(lines: WholeNumbers, prime: int) -> int:
     return rank
 
 
-@lean
+@compiled
 def true_screws(lines: WholeNumbers, basis: Reals, thickness: float, size: float, screws: Reals) -> None:
     """Write the unit screws of integer lines: direction, and moment divided by `size`.
 
@@ -163,7 +163,7 @@ def true_screws(lines: WholeNumbers, basis: Reals, thickness: float, size: float
         screws[i, 5] = area * lines[i, 4] / (length * size)
 
 
-@lean
+@compiled
 def _mirror(word: StepWords, crease: int, tables: EdgeTables) -> tuple[int, int]:
     """Count pairs of panels that meet on a mirror axis, flat and folded, and adjacent pairs of such pairs."""
     n, m, directed = len(word), tables.directions, tables.directed

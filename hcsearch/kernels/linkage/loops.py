@@ -15,10 +15,10 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import add_bracket, row_product, solve_factored
-from hcsearch.kernels.compiling.compiled import compiled, lean, small
+from hcsearch.kernels.compiling.compiled import compiled, small
 
 
-@lean
+@compiled
 def fold_on(pose: Reals, direction: Reals, point: Reals, angle: float) -> None:
     """Multiply a pose (3 x 4, rotation and translation) from the right by the rotation about a line."""
     s = math.sin(angle)
@@ -39,7 +39,7 @@ def fold_on(pose: Reals, direction: Reals, point: Reals, angle: float) -> None:
         pose[i, 3] -= x * point[0] + y * point[1] + z * point[2]
 
 
-@lean
+@compiled
 def _rotation_vector(pose: Reals, vector: Reals) -> None:
     """Write axis times angle of the rotation of a pose, for angles up to pi."""
     x = pose[2, 1] - pose[1, 2]
@@ -69,7 +69,7 @@ def _rotation_vector(pose: Reals, vector: Reals) -> None:
 
 
 @small
-@lean
+@compiled
 def close_loops(
     directions: Reals,
     points: Reals,
@@ -155,7 +155,7 @@ class Chain(NamedTuple):
     signs: WholeNumbers
 
 
-@lean
+@compiled
 def place_panels(chain: Chain, angles: Reals, poses: Reals) -> None:
     """Write the pose of every panel, shape (n_panels, 3, 4): rotation and translation from the flat position."""
     for k in range(len(chain.order)):
@@ -170,7 +170,7 @@ def place_panels(chain: Chain, angles: Reals, poses: Reals) -> None:
             fold_on(pose, chain.directions[h], chain.points[h], chain.signs[panel] * angles[h])
 
 
-@lean
+@compiled
 def weigh_rows(jacobian: Reals, residual: Reals, damping: float, gram: Reals, weights: Reals) -> bool:
     """Write the x for which -J^T x is the shortest change of the angles that cancels a residual to first order.
 

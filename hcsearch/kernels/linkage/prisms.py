@@ -9,7 +9,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Integers32, Reals, WholeNumbers
 from hcsearch.kernels.algebra import Vector3, cross, dot, vector_at, vector_difference
-from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import Chain
 
 
@@ -40,7 +40,7 @@ def copy_prisms(prisms: Prisms) -> Prisms:
     return Prisms(p.panels, p.counts, vertices, middles, p.reaches, normals, edges)
 
 
-@lean
+@compiled
 def place_prisms(prisms: Prisms, poses: Reals, placed: Prisms) -> None:
     """Write the vertices and middles of all prisms for given poses of their panels."""
     for f in range(len(prisms.panels)):
@@ -50,7 +50,7 @@ def place_prisms(prisms: Prisms, poses: Reals, placed: Prisms) -> None:
         _move(pose, 1.0, prisms.middles[f], placed.middles[f])
 
 
-@lean
+@compiled
 def turn_axes(prisms: Prisms, poses: Reals, placed: Prisms, f: int) -> None:
     """Write the normals and edges of a prism for the pose of its panel."""
     pose = poses[prisms.panels[f]]
@@ -59,7 +59,7 @@ def turn_axes(prisms: Prisms, poses: Reals, placed: Prisms, f: int) -> None:
         _move(pose, 0.0, prisms.edges[f, j], placed.edges[f, j])
 
 
-@inlined
+@compiled
 def sphere_distance(prisms: Prisms, first: int, second: int) -> float:
     """Return the distance of the enclosing spheres of two prisms, negative where they overlap."""
     x = prisms.middles[first, 0] - prisms.middles[second, 0]
@@ -69,7 +69,7 @@ def sphere_distance(prisms: Prisms, first: int, second: int) -> float:
     return middle_distance - float(prisms.reaches[first] + prisms.reaches[second])
 
 
-@inlined
+@compiled
 def _move(pose: Reals, shift: float, vector: Reals, moved: Reals) -> None:
     for i in range(3):
         moved[i] = pose[i, 0] * vector[0] + pose[i, 1] * vector[1] + pose[i, 2] * vector[2] + shift * pose[i, 3]
@@ -119,7 +119,7 @@ def pairs_between(chain: Chain, prisms: Prisms, prism_pairs: WholeNumbers) -> Pr
     return PrismPairs(prism_pairs, hinges, nexts, reaches)
 
 
-@lean
+@compiled
 def _write_reaches(
     chain: Chain,
     prisms: Prisms,
@@ -145,7 +145,7 @@ def _write_reaches(
             _write_reach(chain, prisms, hinges, nexts, f, panel, lengths, reaches)
 
 
-@lean
+@compiled
 def _write_reach(
     chain: Chain, prisms: Prisms, hinges: Integers32, nexts: Integers32, f: int, p: int, lengths: Reals, reaches: Reals
 ) -> None:
@@ -170,7 +170,7 @@ def _write_reach(
         lengths[p] = lengths[after] + math.sqrt(dot(arm, arm))
 
 
-@lean
+@compiled
 def _point(chain: Chain, hinge: int) -> Vector3:
     """Return a point on the line of a hinge; the origin for hinge -1, between panels that stand still."""
     return (0.0, 0.0, 0.0) if hinge < 0 else vector_at(chain.points, hinge, 0)

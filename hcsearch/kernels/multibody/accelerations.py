@@ -8,7 +8,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals, Signs, WholeNumbers
 from hcsearch.kernels.algebra import cross, put_vector, rotated, vector_at
-from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.drag import Drag, pull_drag
 from hcsearch.kernels.multibody.hinges import (
     Hinges,
@@ -116,7 +116,7 @@ def discrete_state_for(mechanism: Mechanism, q: Reals) -> DiscreteState:
     )
 
 
-@inlined
+@compiled
 def update_bodies(mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, work: Work) -> None:
     """Write positions and velocities of all bodies, and the forces of loads, struts, cut hinges and drag on them."""
     tree = mechanism.tree
@@ -137,7 +137,7 @@ def update_bodies(mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals,
         pull_drag(mechanism.drag, work)
 
 
-@inlined
+@compiled
 def solve_accelerations(
     mechanism: Mechanism, hold: DiscreteState, scale: float, fresh: bool, work: Work, a: Reals
 ) -> bool:
@@ -157,7 +157,7 @@ def solve_accelerations(
     return independent
 
 
-@lean
+@compiled
 def solve_accelerations_ahead(
     mechanism: Mechanism, hold: DiscreteState, g: float, moves: bool, work: Work, a: Reals
 ) -> None:
@@ -169,30 +169,13 @@ def solve_accelerations_ahead(
     release_joints(tree, hold.held, True, work, a)
 
 
-@lean
+@compiled
 def closure_energy(mechanism: Mechanism, work: Work) -> tuple[float, float]:
     """Return energy of the closure springs and power lost in their dampers; call `update_bodies` first."""
     return spring_energy(mechanism.tree, mechanism.closure_stiffness, mechanism.closure_damping, work)
 
 
-@inlined
-def accelerate_inlined(
-    mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
-) -> bool:
-    """The same as `accelerate`, but inlined: integration steps spend most of their time here."""
-    update_bodies(mechanism, hold, q, v, work)
-    set_factors(mechanism.hinges, work.time[0])
-    joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
-    add_friction(mechanism.hinges, hold.slides, work.torques)
-    write_drive_targets(mechanism.targets, work.time[0], work)
-    add_drive_torques(mechanism.targets, q, v, work, work.torques)
-    if mechanism.overdamped:
-        for i in range(len(work.added_inertia)):
-            work.added_inertia[i] = mechanism.hinges.damping[i]
-    return solve_accelerations(mechanism, hold, scale, fresh, work, a)
-
-
-@lean
+@compiled
 def accelerate(
     mechanism: Mechanism, hold: DiscreteState, q: Reals, v: Reals, scale: float, fresh: bool, work: Work, a: Reals
 ) -> bool:
@@ -203,7 +186,16 @@ def accelerate(
 
     scale : as of `choose_rows`. fresh : whether to choose independent rows anew.
     """
-    return accelerate_inlined(mechanism, hold, q, v, scale, fresh, work, a)
+    update_bodies(mechanism, hold, q, v, work)
+    set_factors(mechanism.hinges, work.time[0])
+    joint_torques(mechanism.hinges, hold.branches, q, v, work.torques)
+    add_friction(mechanism.hinges, hold.slides, work.torques)
+    write_drive_targets(mechanism.targets, work.time[0], work)
+    add_drive_torques(mechanism.targets, q, v, work, work.torques)
+    if mechanism.overdamped:
+        for i in range(len(work.added_inertia)):
+            work.added_inertia[i] = mechanism.hinges.damping[i]
+    return solve_accelerations(mechanism, hold, scale, fresh, work, a)
 
 
 @compiled
@@ -222,7 +214,7 @@ def largest_pivot(mechanism: Mechanism, q: Reals, work: Work) -> float:
     return largest
 
 
-@lean
+@compiled
 def project_state(tree: BodyTree, held: Signs, q: Reals, v: Reals, closed: float, work: Work) -> tuple[float, float]:
     """Project a state onto closed loops in the mass metric; return the remaining residual and its rate.
 
@@ -248,7 +240,7 @@ def project_state(tree: BodyTree, held: Signs, q: Reals, v: Reals, closed: float
     return residual, rate
 
 
-@lean
+@compiled
 def _correct(tree: BodyTree, held: Signs, state: Reals, work: Work) -> None:
     """Correct joint coordinates or velocities by the closure errors in `work.errors`."""
     load_joints(tree, held, work.zeros, False, work)

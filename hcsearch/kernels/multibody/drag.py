@@ -21,7 +21,7 @@ from hcsearch.kernels.algebra import (
     scaled_vector,
     vector_at,
 )
-from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.tree import (
     WORK_PULL_COUPLE,
     WORK_PULL_FORCE,
@@ -55,7 +55,7 @@ def no_drag() -> Drag:
     return Drag(np.zeros(0, np.int64), np.zeros((0, 2), np.int64), np.zeros((0, 3)), np.zeros((0, 4)))
 
 
-@inlined
+@compiled
 def _normal_velocity(drag: Drag, k: int, work: Work) -> tuple[float, Vector3]:
     """Return the velocity of the joint along a facet's normal, and its slope by the arm, in the body's axes."""
     b, body = work.bodies, drag.bodies[k]
@@ -65,7 +65,7 @@ def _normal_velocity(drag: Drag, k: int, work: Work) -> tuple[float, Vector3]:
     return dot(normal, speed), cross(normal, spin)
 
 
-@lean
+@compiled
 def pull_drag(drag: Drag, work: Work) -> None:
     """Add the drag of all facets to the external forces on bodies; call `move_bodies` first."""
     for k in range(len(drag.bodies)):
@@ -86,7 +86,7 @@ def pull_drag(drag: Drag, work: Work) -> None:
         )
 
 
-@lean
+@compiled
 def drag_power(drag: Drag, work: Work) -> float:
     """Return the power lost to drag; call `move_bodies` first."""
     power = 0.0

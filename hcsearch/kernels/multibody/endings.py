@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import Mechanism
 from hcsearch.kernels.multibody.paused_simulation import (
     PACE_COORDINATES,
@@ -57,7 +57,7 @@ OPEN_LOOP_RESIDUAL = 1e-3
 """Closure residual after projection at which loops count as open."""
 
 
-@lean
+@compiled
 def update_pace(pace: Reals, q: Reals, energies: Reals) -> None:
     """Update the largest energy; restart the count of events when a joint has moved by `UNMOVED_JOINT_ANGLE`."""
     moved = False
@@ -71,7 +71,7 @@ def update_pace(pace: Reals, q: Reals, energies: Reals) -> None:
         pace[PACE_LARGEST_ENERGY] = max(pace[PACE_LARGEST_ENERGY], abs(energies[i]))
 
 
-@lean
+@compiled
 def ending_after(
     mechanism: Mechanism, plan: StepPlan, residual: float, flat: bool, pace: Reals, energies: Reals
 ) -> int:
@@ -90,7 +90,7 @@ def ending_after(
     return ending
 
 
-@lean
+@compiled
 def ending_before(simulation: Simulation, a: Reals) -> int:
     """Return the ending reached before a step, or `ENDING_NONE`."""
     hold, plan, pace, record = simulation.hold, simulation.plan, simulation.pace, simulation.record
@@ -127,7 +127,7 @@ def ending_before(simulation: Simulation, a: Reals) -> int:
     return ending
 
 
-@lean
+@compiled
 def _rounding_limits_steps(simulation: Simulation) -> bool:
     """Return whether so many steps of the stiff method were rejected that their errors must be rounding errors.
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.courses import (
     COURSE_TERM_COUNT,
     write_course,
@@ -58,7 +58,7 @@ class IntegrationStep(NamedTuple):
     a1: Reals
 
 
-@lean
+@compiled
 def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: float, a1: float) -> float:
     """Evaluate, at a share x of a step, the quintic through positions, velocities and accelerations at both ends."""
     c3 = 10.0 * (q1 - q0) - h * (6.0 * v0 + 4.0 * v1) - 0.5 * h * h * (3.0 * a0 - a1)
@@ -67,7 +67,7 @@ def quintic(x: float, h: float, q0: float, v0: float, a0: float, q1: float, v1: 
     return q0 + x * (h * v0 + x * (0.5 * h * h * a0 + x * (c3 + x * (c4 + x * c5))))
 
 
-@lean
+@compiled
 def _cubic_accelerations(span: IntegrationStep, i: int) -> tuple[float, float]:
     """Return the accelerations at both ends with which the quintic through a step is the cubic through its rates."""
     rise = 6.0 * (span.q1[i] - span.q0[i]) / span.h
@@ -75,14 +75,14 @@ def _cubic_accelerations(span: IntegrationStep, i: int) -> tuple[float, float]:
     return start, (2.0 * span.v0[i] + 4.0 * span.v1[i] - rise) / span.h
 
 
-@lean
+@compiled
 def write_cubic_accelerations(span: IntegrationStep) -> None:
     """Write the accelerations of the cubic through the rates of a step at both of its ends."""
     for i in range(len(span.q0)):
         span.a0[i], span.a1[i] = _cubic_accelerations(span, i)
 
 
-@lean
+@compiled
 def smooth_accelerations(span: IntegrationStep, absolute: float, relative: float, both: bool) -> None:
     """Write accelerations of the cubic where the quintic would leave it by much: at the start, or at both ends.
 
@@ -99,7 +99,7 @@ def smooth_accelerations(span: IntegrationStep, absolute: float, relative: float
             span.a1[i] = end
 
 
-@lean
+@compiled
 def _coordinate(span: IntegrationStep, i: int, x: float) -> float:
     """Return the coordinate of a joint at a share x of a step."""
     if x == 1.0:
@@ -107,7 +107,7 @@ def _coordinate(span: IntegrationStep, i: int, x: float) -> float:
     return quintic(x, span.h, span.q0[i], span.v0[i], span.a0[i], span.q1[i], span.v1[i], span.a1[i])
 
 
-@lean
+@compiled
 def event_threshold(mechanism: Mechanism, hold: DiscreteState, i: int, kind: int) -> float:
     """Return the coordinate at which a joint has an event of a given kind; infinite if it has none."""
     hinges = mechanism.hinges
@@ -121,7 +121,7 @@ def event_threshold(mechanism: Mechanism, hold: DiscreteState, i: int, kind: int
     return np.inf if hold.branches[i] else hinges.snaps_up[i]
 
 
-@lean
+@compiled
 def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep) -> tuple[float, int, int]:
     """Locate the first event in a step: share of the step, joint and kind; (2, -1, -1) without an event."""
     best, joint, event_kind = 2.0, -1, -1
@@ -141,7 +141,7 @@ def first_event(mechanism: Mechanism, hold: DiscreteState, span: IntegrationStep
     return best, joint, event_kind
 
 
-@lean
+@compiled
 def _passing_share(span: IntegrationStep, i: int, kind: int, sign: float, limit: float, passed: float) -> float:
     """Return the share of a step at which a joint passes a limit; 2 if in no quarter it is beyond by `passed`.
 
@@ -162,13 +162,13 @@ def _passing_share(span: IntegrationStep, i: int, kind: int, sign: float, limit:
     return 2.0
 
 
-@lean
+@compiled
 def _followed(span: IntegrationStep, i: int, kind: int, x: float) -> float:
     """Return the rate of a joint at a share x of a step for `EVENT_REST`, else its coordinate."""
     return _rate(span, i, x) if kind == EVENT_REST else _coordinate(span, i, x)
 
 
-@lean
+@compiled
 def _rate(span: IntegrationStep, i: int, x: float) -> float:
     """Return the rate of a joint at a share x of a step, by the cubic through rates and accelerations at both ends."""
     rise, s0, s1 = span.v1[i] - span.v0[i], span.h * span.a0[i], span.h * span.a1[i]
@@ -176,7 +176,7 @@ def _rate(span: IntegrationStep, i: int, x: float) -> float:
     return float(span.v0[i] + x * (s0 + x * (c + x * d)))
 
 
-@lean
+@compiled
 def first_near(span: IntegrationStep, target: Reals, tolerance: float) -> float:
     """Return the share of a step at which all coordinates first lie within a tolerance of a target; 2 if never.
 
@@ -199,7 +199,7 @@ def first_near(span: IntegrationStep, target: Reals, tolerance: float) -> float:
     return 2.0
 
 
-@lean
+@compiled
 def _within(x: float, span: IntegrationStep, target: Reals, tolerance: float) -> bool:
     within = True
     for i in range(len(span.q0)):
@@ -207,7 +207,7 @@ def _within(x: float, span: IntegrationStep, target: Reals, tolerance: float) ->
     return within
 
 
-@lean
+@compiled
 def greatest_pull(hold: DiscreteState, forces: Reals) -> float:
     """Return the greatest pull needed at a stop to hold its joint; negative where all stops push.
 
@@ -237,7 +237,7 @@ SIMULATED_STATE_RESIDUAL = 1e-10
 """Closure residual (rad, or gap over size) up to which loops count as closed at states."""
 
 
-@lean
+@compiled
 def _opening_between(tree: BodyTree, course: Reals, angles: Reals, work: Work) -> float:
     """Return the greatest closure residual at `RESIDUAL_SAMPLE_SHARES` of a step; angles : scratch, (n,)."""
     largest = 0.0

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import (
     DiscreteState,
     Mechanism,
@@ -36,7 +36,7 @@ from hcsearch.kernels.multibody.tree import Work
 from hcsearch.kernels.multibody.welds import cut_energy, spring_loss
 
 
-@lean
+@compiled
 def _euler_step(
     mechanism: Mechanism, hold: DiscreteState, h: float, scale: float, work: Work, a: Reals, state: Reals
 ) -> None:
@@ -81,7 +81,7 @@ def _euler_step(
         state[2 * n] += h * drag_power(mechanism.drag, work)
 
 
-@lean
+@compiled
 def extrapolated_step(columns: int, stepper: Stepper, h: float) -> float:
     """Take an extrapolated step of order `columns`; return its error over the tolerance. Overwrites stages[1:]."""
     hold, work, table, start, end = stepper.hold, stepper.work, stepper.stages[1:], stepper.start, stepper.end

@@ -31,7 +31,7 @@ from hcsearch.kernels.algebra import (
     vector_difference,
     vector_sum,
 )
-from hcsearch.kernels.compiling.compiled import compiled, inlined, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.tree import (
     BODY_CENTRE,
     BODY_INERTIA,
@@ -96,7 +96,7 @@ class Struts(NamedTuple):
     rests: Reals
 
 
-@inlined
+@compiled
 def _law_piece(hinges: Hinges, i: int, branch: int, q: float) -> tuple[int, float]:
     """Return the piece of a joint's law at a coordinate, and the coordinate in it."""
     k, last = hinges.pieces[i, branch]
@@ -105,7 +105,7 @@ def _law_piece(hinges: Hinges, i: int, branch: int, q: float) -> tuple[int, floa
     return k, q - hinges.breaks[k]
 
 
-@lean
+@compiled
 def law_moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]:
     """Return the resisting moment of a joint's law at a coordinate, and the energy stored."""
     k, x = _law_piece(hinges, i, branch, q)
@@ -115,7 +115,7 @@ def law_moment(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, fl
     return value, hinges.energies[k] + energy
 
 
-@lean
+@compiled
 def law_slope(hinges: Hinges, i: int, branch: int, q: float) -> float:
     """Return the slope of a joint's law at a coordinate, including its compliant stop."""
     k, x = _law_piece(hinges, i, branch, q)
@@ -128,7 +128,7 @@ def law_slope(hinges: Hinges, i: int, branch: int, q: float) -> float:
     return slope
 
 
-@lean
+@compiled
 def slope_and_damping(hinges: Hinges, i: int, branch: int, q: float) -> tuple[float, float]:
     """Return stiffness (0 or more) and damping of a joint, as implicit steps take them, with its compliant stop."""
     slope, damping = max(law_slope(hinges, i, branch, q), 0.0), hinges.damping[i]
@@ -137,7 +137,7 @@ def slope_and_damping(hinges: Hinges, i: int, branch: int, q: float) -> tuple[fl
     return slope, damping
 
 
-@lean
+@compiled
 def set_factors(hinges: Hinges, time: float) -> None:
     """Set the factors of laws that act from a time on; call before forces and energies at another time."""
     for i in range(len(hinges.factors)):
@@ -148,7 +148,7 @@ def set_factors(hinges: Hinges, time: float) -> None:
             hinges.factors[i] = (time - begin) / (end - begin) if time > begin else 0.0
 
 
-@lean
+@compiled
 def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: Reals) -> None:
     """Write the joint forces of laws, dampers and compliant stops (thesis eqs. 4.20 to 4.22)."""
     for i in range(len(q)):
@@ -163,14 +163,14 @@ def joint_torques(hinges: Hinges, branches: Signs, q: Reals, v: Reals, torques: 
         torques[i] = -value
 
 
-@lean
+@compiled
 def add_friction(hinges: Hinges, slides: Signs, torques: Reals) -> None:
     """Add the friction of sliding joints to joint forces; slides : (n,), sign of their rates, 0 where they rest."""
     for i in range(len(hinges.friction)):
         torques[i] -= hinges.friction[i] * slides[i]
 
 
-@lean
+@compiled
 def friction_power(hinges: Hinges, slides: Signs, v: Reals) -> float:
     """Return the power lost to the friction of sliding joints."""
     power = 0.0
@@ -179,7 +179,7 @@ def friction_power(hinges: Hinges, slides: Signs, v: Reals) -> float:
     return power
 
 
-@lean
+@compiled
 def pull_struts(struts: Struts, work: Work) -> None:
     """Add the forces of struts to the external forces on bodies; call `move_bodies` first."""
     b = work.bodies
@@ -195,7 +195,7 @@ def pull_struts(struts: Struts, work: Work) -> None:
                 add_vector(b, body, WORK_PULL_FORCE, pull)
 
 
-@lean
+@compiled
 def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector3, float, float]:
     """Return the unit direction from a strut's first point to the second, its rate of elongation, and its length."""
     b = work.bodies
@@ -213,7 +213,7 @@ def _strut(struts: Struts, s: int, work: Work) -> tuple[Vector3, float, float]:
     return line, dot(line, rate), length
 
 
-@lean
+@compiled
 def kinetic_energy(tree: BodyTree, work: Work) -> float:
     """Return the kinetic energy, J; call `move_bodies` first."""
     energy = 0.0
@@ -252,7 +252,7 @@ def joint_momenta(tree: BodyTree, work: Work, momenta: Reals) -> None:
             add_vector(momentum_sums, p, 3, momentum)
 
 
-@lean
+@compiled
 def write_energies(
     tree: BodyTree, hinges: Hinges, struts: Struts, branches: Signs, q: Reals, work: Work, parts: Reals
 ) -> None:
@@ -282,7 +282,7 @@ def write_energies(
         parts[1] += 0.5 * struts.stiffness[s] * (length - struts.rests[s]) ** 2
 
 
-@lean
+@compiled
 def lost_power(hinges: Hinges, struts: Struts, q: Reals, v: Reals, work: Work) -> float:
     """Return the power lost in dampers, including those of compliant stops and struts; call `move_bodies` first.
 
@@ -331,7 +331,7 @@ def no_targets() -> Targets:
     return Targets(np.zeros(0, np.int64), none, none, 1.0, none, np.zeros((0, 0, 4)), np.zeros((0, 0)))
 
 
-@lean
+@compiled
 def _piece(times: Reals, time: float) -> int:
     """Return the last piece of a course that begins at or before a time."""
     low, high = 0, len(times) - 1
@@ -344,7 +344,7 @@ def _piece(times: Reals, time: float) -> int:
     return low
 
 
-@lean
+@compiled
 def _planned(targets: Targets, piece: int, drive: int, time: float) -> tuple[float, float, float]:
     """Return angle, rate and torque of a course at a time; the rate is 0 after its end."""
     first, last = targets.times[piece], targets.times[piece + 1]
@@ -356,7 +356,7 @@ def _planned(targets: Targets, piece: int, drive: int, time: float) -> tuple[flo
     return angle, rate, begun + (ended - begun) * x / (last - first)
 
 
-@lean
+@compiled
 def write_drive_targets(targets: Targets, time: float, work: Work) -> None:
     """Write the targets of all drives at a time, interpolated between two controller updates."""
     if not len(targets.joints):
@@ -375,14 +375,14 @@ def write_drive_targets(targets: Targets, time: float, work: Work) -> None:
         work.drive_targets[d, TARGET_TORQUE] = t0 + x * (t1 - t0)
 
 
-@lean
+@compiled
 def add_drive_torques(targets: Targets, q: Reals, v: Reals, work: Work, torques: Reals) -> None:
     """Add the torques of drives to joint forces; call `write_drive_targets` first."""
     for d in range(len(targets.joints)):
         torques[targets.joints[d]] += _torque(targets, d, q, v, work)
 
 
-@lean
+@compiled
 def add_drive_inertia(targets: Targets, g: float, guess: Reals, work: Work) -> None:
     """Add the inertia of drives in an implicit stage to joints, and its forces at guessed accelerations.
 
@@ -395,7 +395,7 @@ def add_drive_inertia(targets: Targets, g: float, guess: Reals, work: Work) -> N
         work.torques[i] += ahead * guess[i]
 
 
-@lean
+@compiled
 def add_drive_torques_ahead(targets: Targets, h: float, q: Reals, v: Reals, work: Work) -> None:
     """The same as `add_drive_torques`, but implicit over a time h, at the end of which the targets were written."""
     for d in range(len(targets.joints)):
@@ -404,7 +404,7 @@ def add_drive_torques_ahead(targets: Targets, h: float, q: Reals, v: Reals, work
         work.torques[i] += _torque(targets, d, q, v, work) - h * targets.stiffness[d] * v[i]
 
 
-@lean
+@compiled
 def driving_power(targets: Targets, q: Reals, v: Reals, work: Work) -> float:
     """Return the power of all drives, W; call `write_drive_targets` first."""
     power = 0.0
@@ -413,7 +413,7 @@ def driving_power(targets: Targets, q: Reals, v: Reals, work: Work) -> float:
     return power
 
 
-@lean
+@compiled
 def _torque(targets: Targets, d: int, q: Reals, v: Reals, work: Work) -> float:
     i, target = targets.joints[d], work.drive_targets[d]
     torque: float = targets.stiffness[d] * (target[TARGET_ANGLE] - q[i]) + targets.damping[d] * (

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import (
     DiscreteState,
     Stepper,
@@ -44,7 +44,7 @@ UNSOLVED_STAGE_ERROR = 16.0
 """Error of a step whose stages are not solved: with order 4, the next one is 0.45 times as long."""
 
 
-@lean
+@compiled
 def implicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     """Take an implicit step of length h whose first stage is given; return its error over the tolerance.
 
@@ -74,7 +74,7 @@ def implicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> floa
     return h * step_error(method.errors, stepper) / noise
 
 
-@lean
+@compiled
 def _solve_stage(
     method: IntegrationMethod, stepper: Stepper, k: int, h: float, contraction: float
 ) -> tuple[float, float]:
@@ -115,7 +115,7 @@ def _solve_stage(
     return -1.0, 0.0
 
 
-@lean
+@compiled
 def _iterate(stepper: Stepper, g: float, guess: Reals) -> float:
     """Improve the guessed accelerations of a stage by a Newton step; return the change of the state over the tolerance.
 
@@ -139,7 +139,7 @@ def _iterate(stepper: Stepper, g: float, guess: Reals) -> float:
     return math.sqrt(change / (2 * n))
 
 
-@lean
+@compiled
 def _rounding_error(stepper: Stepper, g: float, guess: Reals) -> float:
     """Return how far a stage may be off by rounding, over the tolerance: `ROUNDING_SHARES` of a state's last digit."""
     end, n = stepper.end, len(stepper.hold.held)
@@ -151,7 +151,7 @@ def _rounding_error(stepper: Stepper, g: float, guess: Reals) -> float:
     return ROUNDING_SHARES * _iterate(stepper, g, guess)
 
 
-@lean
+@compiled
 def _move_stage(hold: DiscreteState, overdamped: bool, g: float, given: Reals, guess: Reals, end: Reals) -> None:
     """Write the state of a stage, (q, v), by its accelerations, or its velocities in overdamped motion."""
     n = len(hold.held)
@@ -163,7 +163,7 @@ def _move_stage(hold: DiscreteState, overdamped: bool, g: float, given: Reals, g
         end[i] = given[0, i] + g * (guess[i] if overdamped else end[n + i])
 
 
-@lean
+@compiled
 def _allowed(stepper: Stepper, j: int) -> float:
     """Return the error allowed in an entry of the state at the end of a step."""
     size = max(abs(stepper.start[j]), abs(stepper.end[j]))
@@ -171,7 +171,7 @@ def _allowed(stepper: Stepper, j: int) -> float:
     return allowed
 
 
-@lean
+@compiled
 def _accelerate_ahead(stepper: Stepper, g: float, guess: Reals, a: Reals) -> None:
     """Write the accelerations of a stage by one Newton step from a guess, whose state is in `stepper.end`."""
     mechanism, hold, work, end = stepper.mechanism, stepper.hold, stepper.work, stepper.end

@@ -6,12 +6,12 @@ import math
 from typing import NamedTuple
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import inlined, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import (
     DiscreteState,
     Mechanism,
     Stepper,
-    accelerate_inlined,
+    accelerate,
     closure_energy,
 )
 from hcsearch.kernels.multibody.drag import drag_power
@@ -39,7 +39,7 @@ class IntegrationMethod(NamedTuple):
     extrapolation_order: int
 
 
-@lean
+@compiled
 def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     """Take an explicit step of length h whose first stage is given; return its error over the tolerance."""
     mechanism, hold, work, stages, end = stepper.mechanism, stepper.hold, stepper.work, stepper.stages, stepper.end
@@ -49,12 +49,12 @@ def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> floa
     for k in range(1, s + 1):
         combine_stages(method.a[k] if k < s else method.b, k, h, stages, stepper.start, end)
         work.time[0] = end[2 * n + 1]
-        accelerate_inlined(mechanism, hold, q, v, stepper.scale, False, work, a)
+        accelerate(mechanism, hold, q, v, stepper.scale, False, work, a)
         write_stage(mechanism, hold, end, a, work, stages[k])
     return h * step_error(method.errors, stepper)
 
 
-@lean
+@compiled
 def combine_stages(weights: Reals, count: int, h: float, stages: Reals, start: Reals, end: Reals) -> None:
     """Write the start state plus h times the weighted sum of the first stages; zero weights are skipped."""
     for j in range(len(start)):
@@ -66,7 +66,7 @@ def combine_stages(weights: Reals, count: int, h: float, stages: Reals, start: R
                 end[j] += weight * stages[i, j]
 
 
-@lean
+@compiled
 def step_error(weights: Reals, stepper: Stepper) -> float:
     """Return the error of a step, relative to the tolerance and divided by the step length."""
     stages, start, end = stepper.stages, stepper.start, stepper.end
@@ -86,7 +86,7 @@ def step_error(weights: Reals, stepper: Stepper) -> float:
     return first / math.sqrt((first + 0.01 * second) * count)
 
 
-@inlined
+@compiled
 def write_stage(mechanism: Mechanism, hold: DiscreteState, state: Reals, a: Reals, work: Work, stage: Reals) -> None:
     """Write the derivative of a state (q, v, energy lost, time) for given accelerations; call `accelerate` first."""
     n = len(a)

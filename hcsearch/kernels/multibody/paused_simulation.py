@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import HELD_BY_FRICTION, DiscreteState, Mechanism, accelerate
 from hcsearch.kernels.multibody.integrators import IntegrationMethod
 from hcsearch.kernels.multibody.recording import SimulationRecord
@@ -71,7 +71,7 @@ def current_method(simulation: Simulation) -> IntegrationMethod:
     return simulation.method
 
 
-@lean
+@compiled
 def accelerate_simulation(simulation: Simulation, a: Reals) -> None:
     """Write the accelerations of the current state; 0, and not the holding force, where friction holds a joint."""
     mechanism, hold, work = simulation.mechanism, simulation.hold, simulation.work

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism
 from hcsearch.kernels.multibody.events import NEAR_STOP_ANGLE
 from hcsearch.kernels.multibody.sweeps import move_bodies, place_bodies
@@ -41,7 +41,7 @@ class SimulationRecord(NamedTuple):
     event_speeds: Reals
 
 
-@lean
+@compiled
 def record_state(
     record: SimulationRecord, hold: DiscreteState, t: float, q: Reals, v: Reals, a: Reals, energies: Reals, gap: float
 ) -> None:
@@ -58,7 +58,7 @@ def record_state(
         record.counts[0] += 1
 
 
-@lean
+@compiled
 def record_event(record: SimulationRecord, time: float, joint: int, kind: int, speed: float) -> None:
     """Append an event if there is room; count it in any case."""
     k = record.counts[1]
@@ -70,7 +70,7 @@ def record_event(record: SimulationRecord, time: float, joint: int, kind: int, s
     record.counts[1] += 1
 
 
-@lean
+@compiled
 def record_hits(
     mechanism: Mechanism, hold: DiscreteState, time: float, joint: int, q: Reals, v: Reals, record: SimulationRecord
 ) -> None:

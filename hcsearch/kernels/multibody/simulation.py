@@ -6,7 +6,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.algebra import dot, rotated, vector_at, vector_sum
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import (
     HELD_BY_FRICTION,
     DiscreteState,
@@ -204,14 +204,14 @@ def continue_simulation(simulation: Simulation, max_states: int) -> None:
         rejected = False
 
 
-@lean
+@compiled
 def _may_change_method(simulation: Simulation) -> bool:
     """Return whether a stiff motion would go on with another method."""
     other = simulation.method.diagonal == 0.0 and simulation.stiff_method.diagonal > 0.0
     return other and not simulation.pace[PACE_STIFF] > 0.0
 
 
-@lean
+@compiled
 def _shorten(
     simulation: Simulation, method: IntegrationMethod, stepper: Stepper, a: Reals
 ) -> tuple[float, float, int, int]:
@@ -264,7 +264,7 @@ def _shorten(
     return length, flat_share, joint, kind
 
 
-@lean
+@compiled
 def _process_event(
     simulation: Simulation, joint: int, kind: int, residual: float, last: Reals, a: Reals, energies: Reals
 ) -> None:
@@ -292,7 +292,7 @@ def _process_event(
     record.counts[2] += 2
 
 
-@lean
+@compiled
 def _complete_step(simulation: Simulation, flat: bool, share: float, last: Reals, a: Reals, energies: Reals) -> None:
     """Complete a step without an event: free joints whose stops would have to pull, unless the motion has ended.
 
@@ -315,7 +315,7 @@ def _complete_step(simulation: Simulation, flat: bool, share: float, last: Reals
     _write_energies(simulation, energies)
 
 
-@lean
+@compiled
 def _is_to_be_smooth(simulation: Simulation) -> bool:
     """Return whether steps are far longer than accelerations at a state last, so that these do not describe them.
 
@@ -327,7 +327,7 @@ def _is_to_be_smooth(simulation: Simulation) -> bool:
     return (method.diagonal > 0.0 or extrapolated) and not mechanism.overdamped
 
 
-@lean
+@compiled
 def _keep_accelerations(simulation: Simulation, known: Reals, a: Reals) -> None:
     """Give free joints known accelerations, of the last stage or the recorded state, where these are to be smooth.
 
@@ -355,7 +355,7 @@ def _complete_sliding_step(simulation: Simulation, flat: bool, shortened: bool, 
     accelerate_simulation(simulation, a)
 
 
-@lean
+@compiled
 def _apply_event(simulation: Simulation, joint: int, kind: int, a: Reals, energies: Reals) -> None:
     """Apply an impact or snap, and record the energy lost in it."""
     mechanism, hold, plan, work = simulation.mechanism, simulation.hold, simulation.plan, simulation.work
@@ -406,7 +406,7 @@ def _release_stops(simulation: Simulation, a: Reals) -> bool:
     return any_freed
 
 
-@lean
+@compiled
 def _rounding_pull(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float:
     """Return the pull (N m) up to which stops hold: the rounding error relative to the initial hinge moments."""
     grip = 1e-300
@@ -416,7 +416,7 @@ def _rounding_pull(mechanism: Mechanism, hold: DiscreteState, q: Reals) -> float
     return grip
 
 
-@lean
+@compiled
 def _write_energies(simulation: Simulation, energies: Reals) -> float:
     """Write the energies of the current state into the first four entries; return their sum."""
     mechanism, hold, q, work = simulation.mechanism, simulation.hold, simulation.q, simulation.work

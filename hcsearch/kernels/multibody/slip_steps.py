@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import Stepper, accelerate, project_state
 from hcsearch.kernels.multibody.integrators import IntegrationMethod
 from hcsearch.kernels.multibody.steps import MIN_JUMP_STEP_SHARE, accelerate_at, next_length, take_step
@@ -14,7 +14,7 @@ SLIP_STEP_SHARE = 1e-6
 """Share of a step to which the time of a slip is located: forces grow from their bounds, and accelerations from 0."""
 
 
-@lean
+@compiled
 def land_on_rest(method: IntegrationMethod, stepper: Stepper, guess: float, longest: float, joint: int) -> float:
     """Repeat a step so that it ends where the rate of a sliding joint is 0; return its length."""
     end, last, n = stepper.end, stepper.stages[len(method.b)], len(stepper.hold.held)

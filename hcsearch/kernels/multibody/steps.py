@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import Stepper, accelerate, project_state
 from hcsearch.kernels.multibody.events import event_threshold, greatest_pull
 from hcsearch.kernels.multibody.extrapolated_steps import extrapolated_step
@@ -56,7 +56,7 @@ class StepPlan(NamedTuple):
     closure_tolerance: float
 
 
-@lean
+@compiled
 def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     """Take one step; return its error over the tolerance. The last stage is the derivative at its end."""
     if method.diagonal > 0.0:
@@ -72,7 +72,7 @@ def take_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     return error
 
 
-@lean
+@compiled
 def accelerate_at(stepper: Stepper, state: Reals, fresh: bool) -> None:
     """Write the accelerations at a state (q, v, energy lost, time) to `work.accelerations`; see `accelerate`."""
     n, work = len(stepper.hold.held), stepper.work
@@ -81,7 +81,7 @@ def accelerate_at(stepper: Stepper, state: Reals, fresh: bool) -> None:
     accelerate(stepper.mechanism, stepper.hold, q, v, stepper.scale, fresh, work, work.accelerations)
 
 
-@lean
+@compiled
 def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> float:
     """Estimate the first step from the size of the motion (after Hairer, Norsett and Wanner 1993, section II.4)."""
     if plan.first_step_size > 0.0:
@@ -99,7 +99,7 @@ def first_step(plan: StepPlan, order: int, q: Reals, v: Reals, a: Reals) -> floa
     return min(plan.max_step, max(guess, 1e-9 * plan.end))
 
 
-@lean
+@compiled
 def land_on_event(
     method: IntegrationMethod, stepper: Stepper, guess: float, longest: float, joint: int, kind: int
 ) -> float:
@@ -140,7 +140,7 @@ def land_on_event(
     return h
 
 
-@lean
+@compiled
 def land_on_flat(method: IntegrationMethod, stepper: Stepper, plan: StepPlan, guess: float, longest: float) -> float:
     """Repeat a step so that it ends where the flat state is reached; return its length.
 
@@ -162,7 +162,7 @@ def land_on_flat(method: IntegrationMethod, stepper: Stepper, plan: StepPlan, gu
     return h
 
 
-@lean
+@compiled
 def next_length(
     h: float, miss: float, speed: float, sign: float, low: float, high: float
 ) -> tuple[float, float, float]:
@@ -179,7 +179,7 @@ def next_length(
     return low, high, trial if low < trial < high else 0.5 * (low + high)
 
 
-@lean
+@compiled
 def _parabolic(stepper: Stepper, h: float, extension: float, last: Reals) -> bool:
     """Return whether a step can be extended by a parabola with an error well below the tolerance.
 
@@ -194,7 +194,7 @@ def _parabolic(stepper: Stepper, h: float, extension: float, last: Reals) -> boo
     return True
 
 
-@lean
+@compiled
 def step_to_release(
     method: IntegrationMethod, stepper: Stepper, closed: float, grip: float, keep_stops: bool, longest: float
 ) -> float:
@@ -250,7 +250,7 @@ def step_to_release(
     return high
 
 
-@lean
+@compiled
 def _pull(stepper: Stepper, closed: float, state: Reals) -> float:
     """Return the greatest pull needed at a stop (N m) in a projected state (q, v, energy lost, time).
 

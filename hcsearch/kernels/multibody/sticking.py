@@ -20,7 +20,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Flags, Reals, Signs, WholeNumbers
 from hcsearch.kernels.algebra import row_product, scalar_product
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.boxed_quadratics import minimise_in_box
 from hcsearch.kernels.multibody.accelerations import HELD_BY_FRICTION, DiscreteState, Mechanism, accelerate
 from hcsearch.kernels.multibody.hinges import joint_momenta
@@ -115,7 +115,7 @@ def decide_resting_joints(
             _hold_joint(i, touching[i], mobile[k], resting)
 
 
-@lean
+@compiled
 def _find_resting(
     mechanism: Mechanism,
     slow: float,
@@ -137,7 +137,7 @@ def _find_resting(
             resting.slides[i] = 1 if v[i] > 0.0 else -1
 
 
-@lean
+@compiled
 def _hold_joint(i: int, touching: int, mobile: bool, resting: RestingJoints) -> None:
     """Hold a joint at its stop, or by friction unless the loops hold it."""
     resting.slides[i] = 0
@@ -254,7 +254,7 @@ def _arrest_one(
         v[:] = before
 
 
-@lean
+@compiled
 def forces_hold(mechanism: Mechanism, hold: DiscreteState, forces: Reals, grip: float) -> bool:
     """Return whether given forces of held joints are such as friction and stops can have, up to a rounding error.
 
@@ -268,7 +268,7 @@ def forces_hold(mechanism: Mechanism, hold: DiscreteState, forces: Reals, grip: 
     return True
 
 
-@lean
+@compiled
 def any_started(mechanism: Mechanism, hold: DiscreteState, slow: float, v: Reals) -> bool:
     """Return whether a joint with friction moves that neither stuck nor slid before, as the loops held it."""
     for i in range(len(hold.slides)):
@@ -342,7 +342,7 @@ def frictionless_acceleration(
     return _greatest_free(free.held, a)
 
 
-@lean
+@compiled
 def _greatest_free(held: Signs, a: Reals) -> float:
     """Return the greatest acceleration of a joint that is not held."""
     largest = 0.0

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.accelerations import Stepper, accelerate
 from hcsearch.kernels.multibody.integrators import IntegrationMethod
 from hcsearch.kernels.multibody.paused_simulation import (
@@ -65,7 +65,7 @@ def fastest_rate(simulation: Simulation) -> float:
     return rate
 
 
-@lean
+@compiled
 def is_to_be_watched(simulation: Simulation) -> bool:
     """Return whether the stiffness is to be estimated again before the next step."""
     record = simulation.record
@@ -75,7 +75,7 @@ def is_to_be_watched(simulation: Simulation) -> bool:
     return is_to_be
 
 
-@lean
+@compiled
 def watch_step(method: IntegrationMethod, stepper: Stepper, pace: Reals) -> None:
     """Count an explicit step as limited by stability or not, by its last two stages (Hairer and Wanner 1996, IV.2)."""
     stages, last = stepper.stages, len(method.b) - 1

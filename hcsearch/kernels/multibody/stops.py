@@ -14,7 +14,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals, Signs
 from hcsearch.kernels.algebra import divide_row, dot, row_product, subtract_row, vector_at
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.cones import nonnegative_least_squares
 from hcsearch.kernels.multibody.accelerations import DiscreteState, Mechanism, accelerate, project_state
 from hcsearch.kernels.multibody.events import NEAR_STOP_ANGLE
@@ -47,7 +47,7 @@ MIN_STOP_MOBILITY = 1e-4
 stops are compliant by this share, so that nearly immobile joints do not require impossible forces."""
 
 
-@lean
+@compiled
 def closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, squares: Reals) -> int:
     """Write an orthonormal basis of the closure rows in innovation space; return its size; after `gather_inertias`."""
     n, m = len(tree.links), len(tree.rows)
@@ -77,7 +77,7 @@ def closure_basis(tree: BodyTree, scale: float, work: Work, rows: Reals, squares
     return m
 
 
-@lean
+@compiled
 def write_response(basis: Reals, count: int, work: Work, columns: Reals, k: int) -> float:
     """Write the response to the impulse of `load_joints` in innovation space, over its length without loops, to row k.
 
@@ -154,7 +154,7 @@ def push_apart(
     return True
 
 
-@lean
+@compiled
 def _write_rates(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -> None:
     """Write joint velocities from their innovations, as `sweeps.release_joints` does from forces."""
     b = work.bodies
@@ -166,7 +166,7 @@ def _write_rates(tree: BodyTree, innovations: Reals, work: Work, rates: Reals) -
         carry_body(tree, i, rates[i], turn, shift, work)
 
 
-@lean
+@compiled
 def find_touching(mechanism: Mechanism, q: Reals, touching: Signs) -> bool:
     """Write -1 for joints at their lower stops, 1 at their upper ones, else 0; return whether any is at a stop."""
     hinges = mechanism.hinges
@@ -294,7 +294,7 @@ def arrest_joints(mechanism: Mechanism, hold: DiscreteState, v: Reals, scale: fl
             v[i] = 0.0
 
 
-@lean
+@compiled
 def _squared_norm(mechanism: Mechanism, v: Reals, work: Work) -> float:
     """Return twice the kinetic energy of joint velocities; call `place_bodies` first."""
     move_bodies(mechanism.tree, v, work)

@@ -29,7 +29,7 @@ from hcsearch.kernels.algebra import (
     vector_difference,
     vector_sum,
 )
-from hcsearch.kernels.compiling.compiled import inlined, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.tree import (
     BODY_AXIS,
     BODY_CENTRE,
@@ -82,7 +82,7 @@ from hcsearch.kernels.multibody.tree import (
 )
 
 
-@lean
+@compiled
 def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
     """Write the positions of all bodies, and directions and points of the closure rows."""
     b = work.bodies
@@ -122,7 +122,7 @@ def place_bodies(tree: BodyTree, q: Reals, work: Work) -> None:
         put_vector(work.row_lines, r, WAY_ARM_A, arm)
 
 
-@lean
+@compiled
 def move_bodies(tree: BodyTree, v: Reals, work: Work) -> None:
     """Write velocities of all bodies, and velocity-dependent accelerations; call `place_bodies` first."""
     b = work.bodies
@@ -148,7 +148,7 @@ def move_bodies(tree: BodyTree, v: Reals, work: Work) -> None:
             put_vector(b, i, WORK_DRIFT, drift)
 
 
-@lean
+@compiled
 def _load_body(tree: BodyTree, i: int, work: Work) -> None:
     """Write the inertia and bias force of one rigid body about its joint."""
     b = work.bodies
@@ -171,7 +171,7 @@ def _load_body(tree: BodyTree, i: int, work: Work) -> None:
     put_vector(b, i, WORK_BIAS_FORCE, vector_difference(force, vector_at(b, i, WORK_PULL_FORCE)))
 
 
-@lean
+@compiled
 def _load_rows(tree: BodyTree, work: Work) -> None:
     """Write the unit forces of the closure rows on the bodies on which they act."""
     slots = work.slots
@@ -195,7 +195,7 @@ def _load_rows(tree: BodyTree, work: Work) -> None:
                 add_vector(slots, slot, WORK_SLOT_COUPLE, scaled_vector(sign, direction))
 
 
-@lean
+@compiled
 def _add_to_parent(i: int, p: int, work: Work) -> None:
     """Add the articulated inertia of body i to that of its parent, about the parent's joint."""
     b = work.bodies
@@ -217,7 +217,7 @@ def _add_to_parent(i: int, p: int, work: Work) -> None:
     add_symmetric(b, p, WORK_COUPLES, s)
 
 
-@lean
+@compiled
 def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
     """Write articulated inertias, joint components of closure rows, and the Delassus matrix; after `move_bodies`.
 
@@ -271,7 +271,7 @@ def gather_inertias(tree: BodyTree, held: Signs, work: Work) -> None:
             work.delassus[s, r] = work.delassus[r, s]
 
 
-@lean
+@compiled
 def _release_joint(i: int, couple: Vector3, force: Vector3, along: float, work: Work) -> None:
     """Remove the part that a free joint accelerates from its articulated inertia."""
     b = work.bodies
@@ -283,7 +283,7 @@ def _release_joint(i: int, couple: Vector3, force: Vector3, along: float, work: 
     add_vector(b, i, WORK_CROSSED + 6, scaled_vector(s * couple[2], force))
 
 
-@lean
+@compiled
 def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work: Work) -> None:
     """Write net joint forces, and the row accelerations that they cause; call `gather_inertias` first.
 
@@ -330,7 +330,7 @@ def load_joints(tree: BodyTree, held: Signs, torques: Reals, moving: bool, work:
         _add_velocity_rates(tree, work)
 
 
-@lean
+@compiled
 def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
     """Add centripetal terms of welded bodies, and those of rotating row directions, to the row accelerations."""
     b = work.bodies
@@ -361,7 +361,7 @@ def _add_velocity_rates(tree: BodyTree, work: Work) -> None:
                 work.rates[r] += fall / tree.size
 
 
-@lean
+@compiled
 def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates: Reals) -> None:
     """Write joint accelerations (or velocities, from impulses) under the constraint forces; after `load_joints`."""
     b, ground = work.bodies, (0.0, 0.0, 0.0)
@@ -381,7 +381,7 @@ def release_joints(tree: BodyTree, held: Signs, moving: bool, work: Work, rates:
         carry_body(tree, i, rate, turn, shift, work)
 
 
-@inlined
+@compiled
 def carried_motion(tree: BodyTree, i: int, ground: Vector3, work: Work) -> tuple[Vector3, Vector3]:
     """Return the acceleration (turn, shift) of a body's parent, or of the ground, at the joint; after `carry_body`."""
     p, turn, shift = tree.links[i, LINK_PARENT], (0.0, 0.0, 0.0), ground
@@ -390,7 +390,7 @@ def carried_motion(tree: BodyTree, i: int, ground: Vector3, work: Work) -> tuple
     return turn, vector_sum(shift, cross(turn, vector_at(work.bodies, i, WORK_ARM)))
 
 
-@inlined
+@compiled
 def carry_body(tree: BodyTree, i: int, rate: float, turn: Vector3, shift: Vector3, work: Work) -> None:
     """Write the acceleration of a body: that of its parent at the joint (turn, shift) plus the rate of the joint."""
     joint_part = scaled_vector(rate, vector_at(work.bodies, i, WORK_LINE))

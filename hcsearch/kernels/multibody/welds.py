@@ -32,7 +32,7 @@ from hcsearch.kernels.algebra import (
     vector_difference,
     vector_sum,
 )
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.multibody.hinges import Hinges, joint_torques, law_moment
 from hcsearch.kernels.multibody.tree import (
     ROW_FREE_TURN,
@@ -59,7 +59,7 @@ MIN_ROW_PIVOT_SHARE = 1e-11
 """A row is chosen when its pivot is above this share of the largest Delassus entry with all joints free."""
 
 
-@lean
+@compiled
 def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
     """Write closure residuals, rotations (rad) and gaps over size; return the largest; call `place_bodies` first."""
     largest = 0.0
@@ -95,7 +95,7 @@ def weld_errors(tree: BodyTree, work: Work, errors: Reals) -> float:
     return largest
 
 
-@lean
+@compiled
 def weld_rates(tree: BodyTree, work: Work, rates: Reals) -> float:
     """Write relative velocities of welded bodies along the rows; return the largest; call `move_bodies` first."""
     largest = 0.0
@@ -119,7 +119,7 @@ def weld_rates(tree: BodyTree, work: Work, rates: Reals) -> float:
     return largest
 
 
-@lean
+@compiled
 def choose_rows(work: Work, scale: float) -> None:
     """Choose independent rows by pivoted Cholesky of the Delassus matrix, the largest pivots first.
 
@@ -153,7 +153,7 @@ def choose_rows(work: Work, scale: float) -> None:
     work.chosen_count[0] = count
 
 
-@lean
+@compiled
 def factor_chosen_rows(work: Work, scale: float) -> bool:
     """Factor the Delassus matrix on the chosen rows (Cholesky); return whether they are still independent."""
     count = work.chosen_count[0]
@@ -175,7 +175,7 @@ def factor_chosen_rows(work: Work, scale: float) -> bool:
     return independent
 
 
-@lean
+@compiled
 def close_rows(work: Work, residual: Reals) -> None:
     """Write the row forces that cancel a residual on the chosen rows, 0 on others; call `factor_chosen_rows` first."""
     count = work.chosen_count[0]
@@ -195,7 +195,7 @@ def close_rows(work: Work, residual: Reals) -> None:
         forces[r] = value / factor[r, k]
 
 
-@lean
+@compiled
 def spring_forces(tree: BodyTree, stiffness: float, damping: float, work: Work) -> None:
     """Write the spring forces of the rows, -k g - c g'; call `place_bodies` and `move_bodies` first."""
     weld_errors(tree, work, work.errors)
@@ -204,7 +204,7 @@ def spring_forces(tree: BodyTree, stiffness: float, damping: float, work: Work) 
         work.forces[r] = -stiffness * work.errors[r] - damping * work.residual_rates[r]
 
 
-@lean
+@compiled
 def forces_ahead(tree: BodyTree, stiffness: float, damping: float, g: float, moves: bool, work: Work) -> None:
     """Write the spring forces of the rows in an implicit stage; call `gather_inertias` and `load_joints` first.
 
@@ -231,7 +231,7 @@ def forces_ahead(tree: BodyTree, stiffness: float, damping: float, g: float, mov
         work.row_accelerations[r] -= work.forces[r] / stiff
 
 
-@lean
+@compiled
 def spring_loss(damping: float, work: Work) -> float:
     """Return the power lost in the dampers of closure springs, from the rates in `work.residual_rates`."""
     lost = 0.0
@@ -240,7 +240,7 @@ def spring_loss(damping: float, work: Work) -> float:
     return lost
 
 
-@lean
+@compiled
 def spring_energy(tree: BodyTree, stiffness: float, damping: float, work: Work) -> tuple[float, float]:
     """Return energy of the closure springs and power lost in their dampers; after `place_bodies` and `move_bodies`."""
     stored = lost = 0.0
@@ -269,17 +269,17 @@ class CutHinges(NamedTuple):
     damping: float
 
 
-@lean
+@compiled
 def _turned(work: Work, body: int, v: Vector3) -> Vector3:
     return rotated(work.bodies, body, WORK_ROTATION, v) if body >= 0 else v
 
 
-@lean
+@compiled
 def _spin(work: Work, body: int) -> Vector3:
     return vector_at(work.bodies, body, WORK_SPIN) if body >= 0 else (0.0, 0.0, 0.0)
 
 
-@lean
+@compiled
 def _point(work: Work, body: int, arm: Vector3) -> tuple[Vector3, Vector3]:
     """Return position and velocity of a point of a body, or of the ground."""
     if body < 0:
@@ -290,7 +290,7 @@ def _point(work: Work, body: int, arm: Vector3) -> tuple[Vector3, Vector3]:
     )
 
 
-@lean
+@compiled
 def cut_angles(cuts: CutHinges, work: Work, angles: Reals, speeds: Reals) -> None:
     """Write fold angles of cut hinges, from -pi/2 to 3 pi/2, and their rates; call `move_bodies` first."""
     for c in range(len(cuts.bodies)):
@@ -324,7 +324,7 @@ def pull_cuts(cuts: CutHinges, branches: Signs, work: Work) -> None:
             _push(work, first, first_arm, scaled_vector(-1.0, force), (0.0, 0.0, 0.0))
 
 
-@lean
+@compiled
 def _gap(
     cuts: CutHinges, c: int, end: int, first_arm: Vector3, second_arm: Vector3, work: Work
 ) -> tuple[Vector3, Vector3]:
@@ -340,14 +340,14 @@ def _gap(
     return gap, speed
 
 
-@lean
+@compiled
 def _push(work: Work, body: int, arm: Vector3, force: Vector3, couple: Vector3) -> None:
     if body >= 0:
         add_vector(work.bodies, body, WORK_PULL_COUPLE, vector_sum(couple, cross(arm, force)))
         add_vector(work.bodies, body, WORK_PULL_FORCE, force)
 
 
-@lean
+@compiled
 def cut_gap(cuts: CutHinges, work: Work) -> float:
     """Return the greatest gap of a spring at cut hinges, m; call `move_bodies` first."""
     largest = 0.0

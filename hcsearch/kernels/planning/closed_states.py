@@ -13,7 +13,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Flags, Reals, WholeNumbers
 from hcsearch.kernels.algebra import divide_row, row_product, subtract_row
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import Chain, close_loops, weigh_rows
 
 PLANNING_CLOSURE_RESIDUAL = 1e-10
@@ -66,7 +66,7 @@ def new_closing(loops: Loops) -> Closing:
     return Closing(np.zeros(r), rows, gram, np.zeros(r), basis, np.zeros((3, 4)), held, fixed)
 
 
-@lean
+@compiled
 def write_closure(loops: Loops, angles: Reals, residual: Reals, jacobian: Reals, pose: Reals) -> None:
     """Write closure residuals and their Jacobian, as `close_loops` does; pose : (3, 4), room for the pose of a walk."""
     lines, size = loops.chain, loops.size
@@ -74,7 +74,7 @@ def write_closure(loops: Loops, angles: Reals, residual: Reals, jacobian: Reals,
     close_loops(lines.directions, lines.points, starts, hinges, signs, angles, size, residual, jacobian, pose)
 
 
-@lean
+@compiled
 def largest_closure_residual(loops: Loops, angles: Reals, work: Closing) -> float:
     """Return the greatest closure residual; write all residuals and the Jacobian."""
     write_closure(loops, angles, work.residual, work.jacobian, work.pose)
@@ -84,7 +84,7 @@ def largest_closure_residual(loops: Loops, angles: Reals, work: Closing) -> floa
     return worst
 
 
-@lean
+@compiled
 def close_state(loops: Loops, angles: Reals, tolerance: float, overshoot: float, steps: int, work: Closing) -> bool:
     """Move fold angles to the nearest closed state within the stops; return whether that state is closed.
 
@@ -119,7 +119,7 @@ def close_state(loops: Loops, angles: Reals, tolerance: float, overshoot: float,
     return largest_closure_residual(loops, angles, work) < tolerance
 
 
-@lean
+@compiled
 def write_closure_basis(work: Closing, zero_singular_value: float) -> int:
     """Write orthonormal rows that span those of the Jacobian; return how many there are.
 
@@ -150,7 +150,7 @@ def write_closure_basis(work: Closing, zero_singular_value: float) -> int:
     return int(r)
 
 
-@lean
+@compiled
 def remove_span(basis: Reals, rank: int, table: Reals, row: int) -> None:
     """Remove from a row of a table its component in the span of a basis."""
     m = basis.shape[1]
@@ -158,7 +158,7 @@ def remove_span(basis: Reals, rank: int, table: Reals, row: int) -> None:
         subtract_row(table, row, row_product(table, row, basis, j, m), basis, j, m)
 
 
-@lean
+@compiled
 def keep_closed(loops: Loops, angles: Reals, table: Reals, row: int, work: Closing) -> None:
     """Project a rate, a row of a table, onto the rates that keep loops closed and turn no hinge that is at a stop."""
     largest_closure_residual(loops, angles, work)

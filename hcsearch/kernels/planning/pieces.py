@@ -18,7 +18,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.algebra import row_product, subtract_row
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import fold_on
 from hcsearch.kernels.planning.closed_states import Group, Loops, write_closure
 from hcsearch.kernels.planning.series import centre_screws
@@ -104,7 +104,7 @@ def new_piece_tables(loops: Loops, group: Group) -> PieceTables:
     )
 
 
-@lean
+@compiled
 def prove_piece(
     loops: Loops,
     group: Group,
@@ -164,7 +164,7 @@ def prove_piece(
     return _contraction(group, strength, opening, rounding, tables), wander
 
 
-@lean
+@compiled
 def _shift(course: Reals, centre: float, half: float, centred: Reals) -> None:
     """Write the cubics about the centre of a piece, in units of half its length."""
     for h in range(len(course)):
@@ -175,7 +175,7 @@ def _shift(course: Reals, centre: float, half: float, centred: Reals) -> None:
         centred[h, 3] = half**3 * d
 
 
-@lean
+@compiled
 def _screws(loops: Loops, group: Group, tables: PieceTables) -> float:
     """Write the screws at the angles, about the middle of each loop in its unit of length; return their greatest norm.
 
@@ -196,7 +196,7 @@ def _screws(loops: Loops, group: Group, tables: PieceTables) -> float:
     return max_norm
 
 
-@lean
+@compiled
 def _scale(group: Group, tables: PieceTables) -> float:
     """Write S and V with S J = V, orthonormal rows, by Gram-Schmidt; return the norm of S, infinite without one."""
     basis, scaling, rows = tables.basis, tables.scaling, group.rows
@@ -229,7 +229,7 @@ def _scale(group: Group, tables: PieceTables) -> float:
     return math.sqrt(total)
 
 
-@lean
+@compiled
 def _turns(group: Group, radius: float, tables: PieceTables) -> float:
     """Write the sums of norms times greatest turns of hinges, for |x| up to `radius`; return the greatest sum.
 
@@ -248,7 +248,7 @@ def _turns(group: Group, radius: float, tables: PieceTables) -> float:
     return worst
 
 
-@lean
+@compiled
 def _wanders(group: Group, tables: PieceTables) -> None:
     """Write the sums of norms times the greatest deviations of states of the tube from the course."""
     for loop in range(len(tables.wander_sums)):
@@ -258,7 +258,7 @@ def _wanders(group: Group, tables: PieceTables) -> None:
         tables.wander_sums[loop] = total
 
 
-@lean
+@compiled
 def _opening(
     loops: Loops, group: Group, strength: float, max_norm: float, tables: PieceTables
 ) -> tuple[float, float, float]:
@@ -305,7 +305,7 @@ def _opening(
     return newton, LEBESGUE_CONSTANT * opening + remainder + rounding, rounding
 
 
-@lean
+@compiled
 def _twists(loops: Loops, group: Group, node: int, tables: PieceTables) -> float:
     """Write the twist of T - 1 of every loop at the angles, about its middle; return the norm of all entries of T - 1.
 
@@ -348,7 +348,7 @@ def _twists(loops: Loops, group: Group, node: int, tables: PieceTables) -> float
     return math.sqrt(total)
 
 
-@lean
+@compiled
 def _contraction(group: Group, strength: float, opening: float, rounding: float, tables: PieceTables) -> float:
     """Return the contraction factor of the map over all states within `tube_radii` of the course.
 
@@ -409,7 +409,7 @@ def _contraction(group: Group, strength: float, opening: float, rounding: float,
     return factor + remainder
 
 
-@lean
+@compiled
 def _feel(group: Group, node: int, tables: PieceTables) -> float:
     """Write S J V^T - 1 at a node; return the norm of J V^T."""
     k, r = tables.scaling.shape

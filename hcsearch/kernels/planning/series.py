@@ -8,7 +8,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import Vector3, cross
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 
 SERIES_ORDER_COUNT = 8
 """Number of orders of the series, from 0."""
@@ -76,7 +76,7 @@ def _factor(screw: Reals, course: Reals, turn: Reals, slope: Reals) -> None:
         power = power @ matrix
 
 
-@lean
+@compiled
 def _add_product(first: Reals, second: Reals, factor: float, total: Reals) -> None:
     """Add the product of two matrix series, times a factor."""
     for n in range(SERIES_ORDER_COUNT):
@@ -89,7 +89,7 @@ def _add_product(first: Reals, second: Reals, factor: float, total: Reals) -> No
                     total[n, i, j] += factor * value
 
 
-@lean
+@compiled
 def _twist(matrix: Reals, i: int) -> float:
     """An entry of the twist of a matrix: of the skew part of its rotation, or of its translation."""
     if i > 2:
@@ -102,7 +102,7 @@ CENTRING_ROUNDS = 6
 """Iterations that bring the middle of a loop nearer to its lines: a middle far off them makes bounds loose."""
 
 
-@lean
+@compiled
 def centre_screws(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals, moments: Reals) -> float:
     """Shift the screws of a loop, six rows from one on, to its middle and scale them to its unit of length, returned.
 
@@ -127,7 +127,7 @@ def centre_screws(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals
     return length
 
 
-@lean
+@compiled
 def _move_middle(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals) -> None:
     """Move the middle of a loop to the mean of the nearest points of its lines."""
     count = len(hinges)
@@ -144,7 +144,7 @@ def _move_middle(jacobian: Reals, row: int, hinges: WholeNumbers, middle: Reals)
     middle[2] += z
 
 
-@lean
+@compiled
 def _part(jacobian: Reals, row: int, h: int) -> Vector3:
     """Three entries of a column from a row on."""
     return jacobian[row, h], jacobian[row + 1, h], jacobian[row + 2, h]

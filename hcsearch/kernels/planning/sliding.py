@@ -22,7 +22,7 @@ from hcsearch.kernels.algebra import (
     vector_difference,
     vector_sum,
 )
-from hcsearch.kernels.compiling.compiled import lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.closed_states import (
     PLANNING_CLOSURE_RESIDUAL,
     close_state,
@@ -46,7 +46,7 @@ FACE_NORMAL_COSINE = 1.0 - 1e-7
 """Cosine from which a direction counts as the normal of a face."""
 
 
-@lean
+@compiled
 def near_stops(state: PlacedState, reach: float, work: SpaceWork) -> int:
     """Write the conditions of stops nearer than `reach` (rad); return their number."""
     conditions, count = work.conditions, 0
@@ -61,7 +61,7 @@ def near_stops(state: PlacedState, reach: float, work: SpaceWork) -> int:
     return count
 
 
-@lean
+@compiled
 def near_contacts(space: Space, state: PlacedState, reach: float, count: int, work: SpaceWork) -> int:
     """Append conditions for the corners of pairs nearer than `reach` (m) to `count` others; return the new number.
 
@@ -82,7 +82,7 @@ def near_contacts(space: Space, state: PlacedState, reach: float, count: int, wo
     return count
 
 
-@lean
+@compiled
 def _add_pair(space: Space, state: PlacedState, p: int, reach: float, count: int, work: SpaceWork) -> int:
     """Append the conditions of one pair; return the new number."""
     first, second, direction = space.pairs[p, 0], space.pairs[p, 1], vector_at(state.gap_directions, p, 0)
@@ -106,7 +106,7 @@ def _add_pair(space: Space, state: PlacedState, p: int, reach: float, count: int
     return count
 
 
-@lean
+@compiled
 def move_panels(space: Space, step: Reals, work: SpaceWork) -> None:
     """Write the twist of each panel in a step, about the origin; call `near_contacts` before."""
     chain, twists = space.loops.chain, work.twists
@@ -121,7 +121,7 @@ def move_panels(space: Space, step: Reals, work: SpaceWork) -> None:
             add_vector(twists, panel, 3, scaled_vector(turn, cross(vector_at(work.axes[1], h, 0), axis)))
 
 
-@lean
+@compiled
 def condition_change(step: Reals, k: int, work: SpaceWork) -> float:
     """The change of a corner's gap (m), or of the distance to a stop (rad), in a step; call `move_panels` before."""
     here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
@@ -133,7 +133,7 @@ def condition_change(step: Reals, k: int, work: SpaceWork) -> float:
     return dot(vector_at(work.conditions.directions, k, 0), speed)
 
 
-@lean
+@compiled
 def write_condition_row(space: Space, k: int, table: Reals, row: int, work: SpaceWork) -> None:
     """Write a condition as a row of a table: (row) . step equals `condition_change`."""
     here, there = work.conditions.panels[k, 0], work.conditions.panels[k, 1]
@@ -149,7 +149,7 @@ def write_condition_row(space: Space, k: int, table: Reals, row: int, work: Spac
             table[row, h] = sign * dot(direction, cross(vector_at(work.axes[0], h, 0), arm))
 
 
-@lean
+@compiled
 def _is_normal(space: Space, state: PlacedState, f: int, direction: Vector3) -> bool:
     """Whether a direction is normal to a face of a prism."""
     pose = state.poses[space.prisms.panels[f]]
@@ -176,7 +176,7 @@ MIN_SLIDE_STEP = 2e-5
 """A step that turns no hinge by more than this (rad) counts as none."""
 
 
-@lean
+@compiled
 def slide(
     space: Space, state: PlacedState, longest: float, zero_singular_value: float, work: SpaceWork, end: PlacedState
 ) -> float:
@@ -213,7 +213,7 @@ def slide(
     return 0.0
 
 
-@lean
+@compiled
 def _take(space: Space, state: PlacedState, work: SpaceWork, end: PlacedState) -> float:
     """Take the step and close the loops at its end; return the greatest change of an angle, 0 where that fails."""
     for h in range(len(work.trial)):
@@ -232,7 +232,7 @@ def _take(space: Space, state: PlacedState, work: SpaceWork, end: PlacedState) -
     return 0.0
 
 
-@lean
+@compiled
 def _allow(space: Space, state: PlacedState, size: float, rank: int, work: SpaceWork) -> None:
     """Replace the step by the nearest one that stops and contacts allow.
 
@@ -251,7 +251,7 @@ def _allow(space: Space, state: PlacedState, size: float, rank: int, work: Space
         _ascend(active, work)
 
 
-@lean
+@compiled
 def _take_in(space: Space, rank: int, active: int, count: int, work: SpaceWork) -> int:
     """Add the violated conditions to the active rows, each normalized to unit length; return the number of active rows.
 
@@ -277,7 +277,7 @@ def _take_in(space: Space, rank: int, active: int, count: int, work: SpaceWork) 
     return active
 
 
-@lean
+@compiled
 def _ascend(count: int, work: SpaceWork) -> None:
     """Apply the forces of the active conditions to the step until all of these hold."""
     m = len(work.step)

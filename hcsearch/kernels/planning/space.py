@@ -10,7 +10,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import Vector3, dot, put_vector, scaled_vector, vector_at
 from hcsearch.kernels.collision.gjk import hull_gap
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.linkage.loops import place_panels
 from hcsearch.kernels.linkage.prisms import Prisms, place_prisms, sphere_distance
 from hcsearch.kernels.planning.closed_states import PLANNING_CLOSURE_RESIDUAL, Closing, Loops, close_state, new_closing
@@ -138,7 +138,7 @@ def pick_state(stack: StateStack, i: int) -> PlacedState:
     )
 
 
-@lean
+@compiled
 def copy_state(state: PlacedState, target: PlacedState) -> None:
     """Copy a placed state."""
     for h in range(len(state.angles)):
@@ -176,7 +176,7 @@ def new_space_work(space: Space) -> SpaceWork:
     )
 
 
-@lean
+@compiled
 def place_state(space: Space, angles: Reals, enough: float, state: PlacedState) -> bool:
     """Write a state; return whether all gaps are at least `enough`. Gaps after the first smaller one are left out."""
     for h in range(len(angles)):
@@ -203,7 +203,7 @@ def place_state(space: Space, angles: Reals, enough: float, state: PlacedState) 
     return True
 
 
-@lean
+@compiled
 def _between(placed: Prisms, f: int, g: int) -> tuple[float, float, float]:
     """The unit direction from the middle of one prism to that of another."""
     x = placed.middles[g, 0] - placed.middles[f, 0]
@@ -212,7 +212,7 @@ def _between(placed: Prisms, f: int, g: int) -> tuple[float, float, float]:
     return scaled_vector(1.0 / math.sqrt(x * x + y * y + z * z), (x, y, z))
 
 
-@lean
+@compiled
 def greatest_angle_change(first: Reals, second: Reals) -> float:
     """The greatest difference of an angle between two states (rad)."""
     greatest = 0.0
@@ -221,7 +221,7 @@ def greatest_angle_change(first: Reals, second: Reals) -> float:
     return greatest
 
 
-@lean
+@compiled
 def greatest_magnitude(values: Reals) -> float:
     """The greatest absolute value."""
     greatest = 0.0
@@ -230,7 +230,7 @@ def greatest_magnitude(values: Reals) -> float:
     return greatest
 
 
-@lean
+@compiled
 def squared_distance(first: Reals, second: Reals) -> float:
     """The squared distance of two states (rad^2)."""
     total = 0.0
@@ -243,7 +243,7 @@ MAX_CHORD_DEVIATION = 0.5
 """Greatest deviation of the closed state half-way along a chord, as a share of half the chord's length."""
 
 
-@lean
+@compiled
 def separated(space: Space, first: PlacedState, second: PlacedState) -> bool:
     """Whether every pair has a direction, fixed to one of its panels, that separates it at both states.
 
@@ -258,7 +258,7 @@ def separated(space: Space, first: PlacedState, second: PlacedState) -> bool:
     return True
 
 
-@lean
+@compiled
 def _separates(space: Space, first: PlacedState, second: PlacedState, p: int) -> bool:
     """Whether the gap direction of a pair at one state, fixed to either panel, also separates it at another state."""
     f, g = space.pairs[p, 0], space.pairs[p, 1]
@@ -276,7 +276,7 @@ def _separates(space: Space, first: PlacedState, second: PlacedState, p: int) ->
     return False
 
 
-@lean
+@compiled
 def _gap(space: Space, state: PlacedState, f: int, g: int, direction: Vector3) -> float:
     """The gap of two prisms along a direction, from the first prism to the second."""
     highest, lowest = -math.inf, math.inf

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.kernels.compiling.compiled import compiled, lean
+from hcsearch.kernels.compiling.compiled import compiled
 from hcsearch.kernels.planning.closed_states import PLANNING_CLOSURE_RESIDUAL, close_state
 from hcsearch.kernels.planning.sliding import slide
 from hcsearch.kernels.planning.space import (
@@ -61,7 +61,7 @@ def new_tree(capacity: int, root: Reals) -> StateTree:
     return tree
 
 
-@lean
+@compiled
 def add_state(tree: StateTree, parent: int, angles: Reals) -> int:
     """Add a state; return its number, or -1 where the tree is full."""
     n = tree.size[0]
@@ -74,7 +74,7 @@ def add_state(tree: StateTree, parent: int, angles: Reals) -> int:
     return int(n)
 
 
-@lean
+@compiled
 def nearest_state(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, float]:
     """Return the nearest state beyond a squared distance (rad^2), -1 without one, and its own squared distance."""
     nearest, least_distance = -1, math.inf
@@ -89,7 +89,7 @@ def nearest_state(tree: StateTree, angles: Reals, beyond: float) -> tuple[int, f
     return nearest, least_distance
 
 
-@lean
+@compiled
 def cell_slot(tree: StateTree, row: int) -> int:
     """Return the slot of a state's cell in the hash table."""
     key = 1469598103934665603
@@ -104,7 +104,7 @@ def cell_slot(tree: StateTree, row: int) -> int:
     return slot
 
 
-@lean
+@compiled
 def keep_new_states(tree: StateTree, first: int) -> bool:
     """Keep the branch of states from `first` to the last one in a cell that is not full; return whether any is kept."""
     end = first
