@@ -206,9 +206,9 @@ class Case(ABC):
         """Return the case in the variant that the name of a scene ends with; this case without one."""
         return self
 
-    def no_ability(self, ability: str) -> HcsearchError:
-        """Return the error for what this kind cannot do."""
-        return HcsearchError(f"{self.title} {ability}")
+    def no_motion(self) -> HcsearchError:
+        """Return the error where a path is asked for of a kind that has none."""
+        return HcsearchError(f"{self.title} {self.no_path.format(title=self.title)}")
 
     def deployed(self, formulation: Formulation | None = None, **settings: Any) -> Deployed:
         """Simulate how springs or drives move it, as `deploy_linkage`, by default in the formulation of its file."""
@@ -219,7 +219,7 @@ class Case(ABC):
 
     def path(self) -> CasePath:
         """Plan its motion from packed to flat; HcsearchError where its kind or its file allows none."""
-        raise self.no_ability(self.no_path.format(title=self.title))
+        raise self.no_motion()
 
     def first_path(self) -> CasePath:
         """Plan its motion as `path`, but with no other joining of flat pairs than that of its status."""
@@ -286,7 +286,7 @@ class Case(ABC):
 
         HcsearchError for a drive, and where neither springs nor a proved path open it.
         """
-        raise self.no_ability(self.no_path.format(title=self.title))
+        raise self.no_motion()
 
     def travel_by_springs(self) -> MovedCase | str:
         """Return its travel by springs; where they do not open it, the beginning of a sentence that says so."""
@@ -317,11 +317,11 @@ class Case(ABC):
 
     def certificate(self, budget: int, progress: Progress | None) -> tuple[dict[str, Any], list[str]]:
         """Prove a path or a lock; return the certificate as plain data, and what `verify` says of it."""
-        raise self.no_ability(self.no_path.format(title=self.title))
+        raise self.no_motion()
 
     def checked(self, progress: Progress | None = None) -> Checked:
         """Take it through every stage."""
-        raise self.no_ability("is no circuit: name one, such as hex:0234435011, or a file .fold")
+        raise HcsearchError(f"{self.title} is no circuit: name one, such as hex:0234435011, or a file .fold")
 
     def shown(self) -> Case:
         """Return the case whose `lines` are printed; of a folding, that of its design with this folding alone."""
@@ -329,7 +329,7 @@ class Case(ABC):
 
     def lines(self) -> Iterator[str]:
         """Yield what `hcsearch show` prints."""
-        raise self.no_ability("is no design: name a circuit such as hex:0234550132, or an assembly")
+        raise HcsearchError(f"{self.title} is no design: name a circuit such as hex:0234550132, or an assembly")
 
     def page(self, maker: PageMaker[Page_co]) -> Page_co:
         """Return its page."""
@@ -337,4 +337,4 @@ class Case(ABC):
 
     def page_facts(self, deployed: Deployed, subject: str) -> PageFacts:
         """Return what its page tells beside its motion by springs; subject : how commands name it."""
-        raise self.no_ability("is no design: name a circuit such as hex:0234550132, or an assembly")
+        raise HcsearchError(f"{self.title} is no design: name a circuit such as hex:0234550132, or an assembly")

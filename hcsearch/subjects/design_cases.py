@@ -87,7 +87,7 @@ class CircuitCase(Case):
     @cached_property
     def linkage(self) -> Linkage:
         """None: each folding has one."""
-        raise self.no_ability(self.no_path.format(title=self.title))
+        raise self.no_motion()
 
     @property
     def panel(self) -> PanelSize:

@@ -121,7 +121,7 @@ class DesignReading:
         assert not isinstance(named, Scene)
         scene_name = scene_asked_for(database, named, asked.panel, grid=circuit.grid.name)
         is_named = bool(named or asked.panel)
-        stored = stored_design_in(database, number, circuit, scene_name, alone=is_named, paths=is_page)
+        stored = stored_design_in(database, number, scene_name, alone=is_named, paths=is_page)
         chosen = _chosen(circuit, self.crease)
         in_scene = replace(asked, scene=scene_name, panel=None)
         readings = [self._reading_of(folding, in_scene) for folding in (chosen if is_page else ())]
@@ -192,9 +192,7 @@ class DesignReading:
             return case
         case = self._judged(case, stored, database)
         if case.stored is not None and case.stored.verdict is not None and self.asked.extent in ("results", "page"):
-            design = stored_design_in(
-                database, number, circuit, stored.scene, alone=True, paths=self.asked.extent == "page"
-            )
+            design = stored_design_in(database, number, stored.scene, alone=True, paths=self.asked.extent == "page")
             case = replace(case, stored=replace(case.stored, design=design))
         return self._with_path(case, database) if self.asked.path and choice else case
 

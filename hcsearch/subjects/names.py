@@ -38,7 +38,10 @@ def refuse_unknown(name: str) -> None:
     """Refuse a name that is neither an id nor a notation."""
     refuse_other_file(name)
     if not any(mark.isdigit() for mark in name) or not (name[0].isdigit() or ":" in name):
-        raise HcsearchError(f"there is no assembly {name!r}: see hcsearch assembly list, or name DESIGN:CREASE")
+        raise HcsearchError(
+            f"there is no assembly {name!r}: see hcsearch assembly list, or name DESIGN:CREASE, an id or a file .toml "
+            "or .fold"
+        )
 
 
 def only_folding(circuit: Circuit, name: str | None = None) -> Folding:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from hcsearch.basics.errors import HcsearchError, SceneError
 from hcsearch.basics.vocabulary import Way
@@ -23,20 +23,7 @@ from hcsearch.subjects.pattern_case import PatternCase
 from hcsearch.subjects.pattern_files import PATTERN_SUFFIXES, refuse_other_file
 from hcsearch.subjects.stored_scenes import is_scene_file
 
-
-class Kind(Protocol):
-    """A kind of subjects."""
-
-    @classmethod
-    def claims(cls, subject: object) -> bool:
-        """Whether a name or a value is of this kind."""
-
-    @classmethod
-    def read(cls, subject: Any, asked: Asked) -> Case:
-        """Return the case of a subject of this kind."""
-
-
-KINDS: dict[str, type[Kind]] = {
+KINDS: dict[str, Any] = {
     "linkage": LinkageCase,
     "assembly": AssemblyCase,
     "pattern": PatternCase,
@@ -108,7 +95,8 @@ def resolve(
         content = read_scene_file(name)
         subject = _subject_in(name, content)
     asked = Asked(name, content, scene, panel, flat_pairs, values or {}, path, packed, extent, db)
-    return KINDS[kind_of(subject)].read(subject, asked)
+    case: Case = KINDS[kind_of(subject)].read(subject, asked)
+    return case
 
 
 def _subject_in(path: str, content: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.store.conditions import find_quantity
 from hcsearch.store.quantity import Quantity
 from hcsearch.subjects.databases import Place, reading_database
-from hcsearch.subjects.names import deployment_scene_name, stored_circuit, way_option_text
+from hcsearch.subjects.names import deployment_scene_name, way_option_text
 from hcsearch.subjects.stored_scenes import stored_scene
 from hcsearch.system.machine import default_database
 from hcsearch.system.terminal import short_number
@@ -29,14 +29,13 @@ _MOTION_COLUMNS = ("deployable", "needed_margin", "least_gap", "deploy_time", "m
 class StoredDesign:
     """A design in a database.
 
-    number : its id. circuit : in canonical order. values : the scene, and scene : its name, whose verdicts these are.
+    number : its id. values : the scene, and scene : its name, whose verdicts these are.
     row : of the view `designs`, with the rows of its paths and deployments.
     best : crease of its best folding. verdicts : by crease and scene. location : of the database, for messages.
     paths : with their states, if these were read.
     """
 
     number: int
-    circuit: Circuit
     values: Scene
     scene: str
     row: Mapping[str, Any]
@@ -125,13 +124,10 @@ def accuracy_of_row(tried: Mapping[str, Any]) -> str:
 def stored_design(number: int, db: Place, scene: str) -> StoredDesign:
     """Read a design by its id, with its paths and deployments in a scene."""
     with reading_database(db) as database:
-        circuit = stored_circuit(database, *store.find_circuit(database, str(number)))
-        return stored_design_in(database, number, circuit, scene, alone=True, paths=True)
+        return stored_design_in(database, number, scene, alone=True, paths=True)
 
 
-def stored_design_in(
-    database: store.Database, number: int, circuit: Circuit, scene: str, *, alone: bool, paths: bool
-) -> StoredDesign:
+def stored_design_in(database: store.Database, number: int, scene: str, *, alone: bool, paths: bool) -> StoredDesign:
     """Read a design by its id, with its motions and deployments in a scene, or in all scenes unless `alone`.
 
     paths : whether the states of its stored paths are read, too.
@@ -144,7 +140,6 @@ def stored_design_in(
     places = {(one["crease"], one.get("base", one["scene"])) for one in rows}
     return StoredDesign(
         number,
-        circuit,
         stored_scene(database, scene),
         scene,
         row,
