@@ -69,16 +69,23 @@ class LawBranch:
         if not all(map(math.isfinite, numbers)):
             raise HcsearchError(_OVERFLOW)
 
+    def _piece(self, angle: float) -> int:
+        return max((k for k, start in enumerate(self.breaks) if start <= angle), default=0)
+
+    def mapped(self, change: Callable[[Cubic], Cubic]) -> LawBranch:
+        """Return the branch with other coefficients of each piece."""
+        return LawBranch(self.breaks, tuple(map(change, self.cubics)))
+
     def moment(self, angle: float) -> float:
         """Return the moment at a fold angle, N m."""
-        k = max((k for k, start in enumerate(self.breaks) if start <= angle), default=0)
+        k = self._piece(angle)
         a, b, c, d = self.cubics[k]
         x = angle - self.breaks[k]
         return a + x * (b + x * (c + x * d))
 
     def energy(self, angle: float) -> float:
         """Return the energy stored at a fold angle, J: the integral of the moment from the flat state."""
-        k = max((k for k, start in enumerate(self.breaks) if start <= angle), default=0)
+        k = self._piece(angle)
         return self.energies()[k] + _integral(self.cubics[k], angle - self.breaks[k])
 
     def energies(self) -> list[float]:
@@ -87,7 +94,7 @@ class LawBranch:
         for start, end, cubic in zip(self.breaks, self.breaks[1:], self.cubics, strict=False):
             energies.append(energies[-1] + _integral(cubic, end - start))
         # the energy is 0 at angle 0, wherever the pieces begin
-        k = max((k for k, start in enumerate(self.breaks) if start <= 0.0), default=0)
+        k = self._piece(0.0)
         flat = energies[k] + _integral(self.cubics[k], -self.breaks[k])
         return [value - flat for value in energies]
 
@@ -218,12 +225,15 @@ def scaled_law(law: Law, factor: float) -> Law:
     if not 0.0 < factor < math.inf:
         raise HcsearchError(f"no law is {factor} times another: give a positive factor, or take the law `free`")
 
-    def times(branch: LawBranch) -> LawBranch:
-        cubics = tuple((factor * a, factor * b, factor * c, factor * d) for a, b, c, d in branch.cubics)
-        return LawBranch(branch.breaks, cubics)
-
     text = f"{_short(factor)}*{law.text}" if law.text else ""
-    return replace(law, straight=times(law.straight), bent=law.bent and times(law.bent), text=text)
+    return _changed(
+        law, lambda cubic: (factor * cubic[0], factor * cubic[1], factor * cubic[2], factor * cubic[3]), text
+    )
+
+
+def _changed(law: Law, change: Callable[[Cubic], Cubic], text: str) -> Law:
+    """Return a law with other pieces of both branches, and its notation."""
+    return replace(law, straight=law.straight.mapped(change), bent=law.bent and law.bent.mapped(change), text=text)
 
 
 def timed_law(law: Law, begin: float, full: float) -> Law:
@@ -290,19 +300,10 @@ def _plain(name: str, text: str) -> Law:
         return FREE_LAW
     kind, _, arguments = name.partition(":")
     for pattern, make in _NOTATIONS.get(kind, ()):
-        match = re.fullmatch(rf"({pattern})({_PRELOAD})?", arguments, re.ASCII)
-        if match:
-            return make(match[1], float(match[2] or 0.0))
+        if match := re.fullmatch(rf"({pattern})({_PRELOAD})?", arguments, re.ASCII):
+            given = [match[1]] if pattern == _FILE else _numbers(match[1])
+            return make(*given, preload=float(match[2] or 0.0))
     raise NotationError(f"cannot read the law {text!r}: write {', '.join(_EXAMPLES)}, or +0.02 after one to preload it")
-
-
-def _of_numbers(make: Callable[..., Law], text: str, preload: float) -> Law:
-    return make(*_numbers(text), preload=preload)
-
-
-def _from_points(text: str, preload: float) -> Law:
-    numbers = _numbers(text)
-    return tabulated_law(numbers[1::2], numbers[::2], preload)
 
 
 def _from_file(name: str, preload: float) -> Law:
@@ -324,17 +325,10 @@ def spring_law(text: str, folder: Path) -> str:
 
     Thus a scene holds all that its verdicts depend on. Laws other than tables are returned unchanged.
     folder : the directory to which names of files are relative.
-    Errors: as of `law_named`, and HcsearchError for files that cannot be read, and for tables with angles that no hinge
-    has.
+    Errors: HcsearchError for files that cannot be read, and for tables with angles that no hinge has.
     """
-    read = _with_points(text, folder)
-    law_named(read)  # refuses what is no law
-    return read
-
-
-def _with_points(text: str, folder: Path) -> str:
     if timed := _TIMED.fullmatch(text.strip()):
-        return f"{_with_points(timed['law'], folder)}{text.strip()[timed.end('law') :]}"
+        return f"{spring_law(timed['law'], folder)}{text.strip()[timed.end('law') :]}"
     match = _TABLE.fullmatch(text.strip())
     if match is None:
         return text
@@ -372,14 +366,14 @@ def _numbers(text: str) -> list[float]:
     return [float(number) for number in re.split("[,@]", text)]
 
 
-_NOTATIONS: dict[str, tuple[tuple[str, Callable[[str, float], Law]], ...]] = {
-    "linear": ((_NUMBER, lambda text, preload: linear_law(float(text), preload)),),
-    "quadratic": ((rf"{_NUMBER},{_NUMBER}", lambda text, preload: _of_numbers(quadratic_law, text, preload)),),
+_NOTATIONS: dict[str, tuple[tuple[str, Callable[..., Law]], ...]] = {
+    "linear": ((_NUMBER, linear_law),),
+    "quadratic": ((rf"{_NUMBER},{_NUMBER}", quadratic_law),),
     "table": (
-        (_POINTS, _from_points),
+        (_POINTS, lambda *points, preload: tabulated_law(points[1::2], points[::2], preload)),
         (_FILE, _from_file),
     ),
-    "tape": ((rf"{_POINT},{_POINT}", lambda text, preload: _of_numbers(tape_spring_law, text, preload)),),
+    "tape": ((rf"{_POINT},{_POINT}", tape_spring_law),),
 }
 _EXAMPLES = (
     "free",
@@ -408,11 +402,8 @@ def _preloaded(law: Law, preload: float) -> Law:
     if not preload:
         return law
 
-    def raised(branch: LawBranch) -> LawBranch:
-        return LawBranch(branch.breaks, tuple((a + preload, b, c, d) for a, b, c, d in branch.cubics))
-
     text = f"{law.text}{'+' if preload > 0.0 else '-'}{_short(abs(preload))}"
-    return replace(law, straight=raised(law.straight), bent=law.bent and raised(law.bent), text=text)
+    return _changed(law, lambda cubic: (cubic[0] + preload, *cubic[1:]), text)
 
 
 def _short(number: float) -> str:

@@ -21,20 +21,20 @@ MAX_RELEASE_TIME, MAX_RELEASE_ANGLE = 1e12, 3.14
 
 
 class Release(NamedTuple):
-    """When a hinge is released; time : s, or None. hinge : that must have opened to an angle (rad), or None."""
+    """When a hinge is released: at a time (s), or, with a time of -1, when another has opened to an angle (rad)."""
 
-    time: float | None
-    hinge: str | None
-    angle: float
+    time: float
+    hinge: str = ""
+    angle: float = 0.0
 
 
 def release_named(text: str) -> Release:
     """Parse the notation of a release; SceneError for others."""
     after_time, after_hinge = _AFTER_TIME.fullmatch(text.strip()), _AFTER_HINGE.fullmatch(text.strip())
     if after_time is not None and float(after_time[1]) <= MAX_RELEASE_TIME:
-        return Release(float(after_time[1]), None, 0.0)
+        return Release(float(after_time[1]))
     if after_hinge is not None and 0.0 < float(after_hinge[2]) <= MAX_RELEASE_ANGLE:
-        return Release(None, after_hinge[1], float(after_hinge[2]))
+        return Release(-1.0, after_hinge[1], float(after_hinge[2]))
     raise SceneError(
         f"cannot read the release {text[:60]!r}: write a time, such as '0.5 s', or 'hinge 7 at 0.2 rad', with an angle "
         f"above 0, up to {MAX_RELEASE_ANGLE:g}"

@@ -72,19 +72,13 @@ class Scene:
     """
 
     name: str = _value(
-        DEFAULT_SCENE_NAME,
-        "",
-        "the name under which a database keeps the verdicts",
-        NAME,
-        unset="that of the file",
-        example="solar",
+        DEFAULT_SCENE_NAME, "", "the name in a database; that of the file unless given", NAME, example="solar"
     )
     panel: PanelSize | None = _value(
         None,
         "m",
         "the length, width and thickness of panels",
         SIZE,
-        in_mm=True,
         unset="50x50x6, of rectangles 50x40x6, of assemblies their own",
     )
     margin: float | None = _value(
@@ -92,7 +86,6 @@ class Scene:
         "m",
         "by how much panels are shrunk on every face for collisions",
         LENGTH_IN_MM,
-        in_mm=True,
         unset="0.1 mm on 50 mm, in proportion to the longest edge",
         example=1e-4,
     )

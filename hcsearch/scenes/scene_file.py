@@ -194,7 +194,7 @@ def _line(value: SceneValue) -> str:
     is_open = value.example is not None
     shown = value.kind.write(value.example if is_open else value.default)
     unset = f"; unless given, {value.unset}" if is_open and value.unset else ""
-    words = ", ".join(filter(None, ("mm" if value.in_mm else value.unit, value.meaning)))
+    words = ", ".join(filter(None, ("mm" if value.kind.in_mm else value.unit, value.meaning)))
     assignment = f"{'# ' if is_open else ''}{value.key} = {_written(shown)}"
     return f"{assignment:{_COMMENT_COLUMN}}# {words}{unset}\n"
 
@@ -215,6 +215,6 @@ def values_page() -> str:
             parts.append(f"\n## {title}\n\n| value | unit | default | meaning |\n|---|---|---|---|\n")
             section = value.section
         default = "" if value.default is None or value.is_table else f"`{_written(value.kind.write(value.default))}`"
-        key, unit = f"[{value.name}]" if value.is_table else value.key, "mm" if value.in_mm else value.unit
+        key, unit = f"[{value.name}]" if value.is_table else value.key, "mm" if value.kind.in_mm else value.unit
         parts.append(f"| `{key}` | {unit} | {default} | {value.paragraph('')} |\n")
     return "".join(parts)

@@ -22,7 +22,7 @@ from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.motion.collision.panel_prisms import REFERENCE_EDGE_LENGTH, margin_of, scale_of
 from hcsearch.scenes.laws import Law, law_named, linear_law
 from hcsearch.scenes.releases import release_named
-from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, HINGE_VALUES, SCENE_VALUES, SCENES, CraftBox, Scene, SceneVector
+from hcsearch.scenes.scene import DEFAULT_SCENE_NAME, HINGE_VALUES, SCENES, CraftBox, Scene, SceneVector
 from hcsearch.shape.labels import Labels, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.mesh import facet_area
@@ -156,25 +156,25 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
     labels = labels_of(linkage)
     # values derived from the panels are those of the congruent linkage, as sums in another order round differently
     standard = linkage if linkage.twin is None else linkage.twin.linkage
-    values: dict[str, Any] = {name: getattr(scene, name) for name in _SAME}
-    values |= {name: _at_hinges(scene, labels, name) for name in HINGE_VALUES if name != "damping"}
-    values["damping_time"], values["damping"] = _dampers(scene, labels)
+    values: dict[str, Any] = {own.name: getattr(scene, own.name) for own in fields(Setup) if hasattr(scene, own.name)}
+    at_hinges = {name: _at_hinges(scene, labels, name) for name in HINGE_VALUES}
+    dampings = at_hinges["damping"]  # None where hinges have damping_time
     held = linkage.base if scene.held in ("bottom", "free") else labels.panel(scene.held)
     roots = {"free": None, "held": None if scene.held == "free" else held}
-    setup = Setup(
-        **values
-        | {
-            "density": scene.density_of(standard.pattern.thickness),
-            "margin": float(f"{margin_of(standard):.10g}") if scene.margin is None else scene.margin,
-            "laws": _laws(scene, labels),
-            "spring_range": scene.spring_range or (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
-            "held": held,
-            "free": scene.held == "free",
-            "seconds": scene.seconds or DEFAULT_SCENE_SECONDS,
-            "root": roots[scene.root] if scene.root in roots else labels.panel(scene.root),
-            "hold_downs": _hold_downs(scene, labels),
-        }
-    )
+    evaluated = {
+        "density": scene.density_of(standard.pattern.thickness),
+        "margin": float(f"{margin_of(standard):.10g}") if scene.margin is None else scene.margin,
+        "laws": _laws(scene, labels),
+        "spring_range": scene.spring_range or (MIN_SPRING_STIFFNESS, MAX_SPRING_STIFFNESS),
+        "damping_time": tuple(scene.damping_time if damping is None else 0.0 for damping in dampings),
+        "damping": tuple(0.0 if damping is None else damping for damping in dampings),
+        "held": held,
+        "free": scene.held == "free",
+        "seconds": scene.seconds or DEFAULT_SCENE_SECONDS,
+        "root": roots[scene.root] if scene.root in roots else labels.panel(scene.root),
+        "hold_downs": _hold_downs(scene, labels),
+    }
+    setup = Setup(**values | at_hinges | evaluated)
     seconds, scale = _scales(setup, linkage)
     return replace(
         setup,
@@ -183,28 +183,18 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
     )
 
 
-_SAME = tuple(field.name for field in fields(Setup) if field.name in SCENE_VALUES and field.name not in HINGE_VALUES)
-"""Values that a setup has of its scene, unless they are evaluated."""
-
-
-def _at_hinges(scene: Scene, labels: Labels, name: str) -> tuple[float, ...]:
+def _at_hinges(scene: Scene, labels: Labels, name: str) -> tuple[Any, ...]:
     """Return a value at all hinges: that of the scene, or their own.
 
     HcsearchError where the scene names a hinge that the linkage does not have, or one hinge by two names with different
     values.
     """
-    own = _own_values(scene, labels, name)
-    return tuple(own.get(hinge, getattr(scene, name)) for hinge in range(len(labels.hinges)))
-
-
-def _own_values(scene: Scene, labels: Labels, name: str) -> dict[int, float]:
-    """Return the values of single hinges by hinge; errors as above."""
     given: dict[int, float] = {}
     for label, own in scene.hinges:
         hinge, value = labels.hinge(label), dict(own).get(name)
         if value is not None and given.setdefault(hinge, value) != value:
             raise HcsearchError(f"hinge {labels.hinges[hinge]} is given two values of {name}: leave one out")
-    return given
+    return tuple(given.get(hinge, getattr(scene, name)) for hinge in range(len(labels.hinges)))
 
 
 def _natural(setup: Setup, seconds: float) -> float:
@@ -258,7 +248,7 @@ def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
 def _written_dampers(setup: Setup, scene: Scene, labels: Labels) -> dict[str, Any]:
     """Return the values of a scene in which hinges have the dampers of a setup."""
     of_hinges = list(zip(setup.damping_time, setup.damping, strict=True))
-    plain = _plain_damper(scene)
+    plain = (scene.damping_time, 0.0) if scene.damping is None else (0.0, scene.damping)
     if len(set(of_hinges)) == 1 and of_hinges[0] != plain and 0.0 in of_hinges[0]:
         plain = time, damping = of_hinges[0]
         scene = replace(scene, damping_time=time, damping=None if time else damping)
@@ -301,29 +291,16 @@ def _laws(scene: Scene, labels: Labels) -> tuple[Law, ...]:
     return tuple(law_named(laws.get(hinge, scene.spring)) for hinge in range(len(labels.hinges)))
 
 
-def _plain_damper(scene: Scene) -> tuple[float, float]:
-    """Return the damping over stiffness (s) and the damping (N m s/rad) of hinges without dampers of their own."""
-    return (scene.damping_time, 0.0) if scene.damping is None else (0.0, scene.damping)
-
-
-def _dampers(scene: Scene, labels: Labels) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the damping over stiffness and the damping of all hinges."""
-    dampers = [_plain_damper(scene)] * len(labels.hinges)
-    for hinge, damping in _own_values(scene, labels, "damping").items():
-        dampers[hinge] = 0.0, damping
-    return tuple(time for time, _ in dampers), tuple(damping for _, damping in dampers)
-
-
 def _hold_downs(scene: Scene, labels: Labels) -> tuple[HoldDown, ...]:
     """Return the hold-downs of all hinges; HcsearchError where a hinge has two, or waits for itself."""
     hold_downs: dict[int, HoldDown] = {}
     for name, text in scene.releases:
         release, hinge = release_named(text), labels.hinge(name)
-        after = -1 if release.hinge is None else labels.hinge(release.hinge)
+        after = labels.hinge(release.hinge) if release.hinge else -1
         if hinge in hold_downs or after == hinge:
             what = "waits for itself: name another" if after == hinge else "is given two releases: leave one out"
             raise HcsearchError(f"hinge {labels.hinges[hinge]} {what}")
-        hold_downs[hinge] = HoldDown(hinge, -1.0 if release.time is None else release.time, after, release.angle)
+        hold_downs[hinge] = HoldDown(hinge, release.time, after, release.angle)
     return tuple(hold_downs[hinge] for hinge in sorted(hold_downs))
 
 

@@ -23,7 +23,7 @@ class ValueKind:
 
     read : one by the name of the value; TypeError, ValueError or OverflowError for what is none. remedy : what to
     write, in messages. types : what Python may give, and made : what else to give, in messages; files and command lines
-    may give others, too. write : one as files hold it.
+    may give others, too. write : one as files hold it. in_mm : whether files hold mm.
     """
 
     read: Callable[[str, Any], Any]
@@ -31,6 +31,7 @@ class ValueKind:
     types: tuple[type, ...] = (object,)
     made: str = ""
     write: Callable[[Any], Any] = lambda value: list(value) if isinstance(value, tuple) else value
+    in_mm: bool = False
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,8 @@ class SceneValue:
     unit : in SI; empty without one. meaning : a phrase, for files, help and the reference. more : sentences for the
     reference alone. unset : what holds where the value is not given, if it is not the default. example : shown in files
     to start from in place of the default. section : of files and of the reference; empty on top of a file. by_hinge :
-    whether single hinges may have their own. in_mm : whether files give it in mm. option : the commands that have one,
-    those with `loads`, `springs` or a `time`, and its metavar.
+    whether single hinges may have their own. option : the commands that have one, those with `loads`, `springs` or a
+    `time`, and its metavar.
     """
 
     unit: str
@@ -54,13 +55,12 @@ class SceneValue:
     example: Any = None
     section: str = ""
     by_hinge: bool = False
-    in_mm: bool = False
     option: tuple[str, str] = ("", "")
 
     @property
     def key(self) -> str:
         """The key in a file."""
-        return f"{self.name}_mm" if self.in_mm else self.name
+        return f"{self.name}_mm" if self.kind.in_mm else self.name
 
     @property
     def is_number(self) -> bool:
@@ -187,9 +187,11 @@ def read_text(_key: str, value: Any) -> str:
 
 def read_law(key: str, value: Any) -> str:
     """Parse a law, with the points of a table in place of the name of its file, relative to the current directory."""
-    from hcsearch.scenes.laws import spring_law  # noqa: PLC0415 - as above
+    from hcsearch.scenes.laws import law_named, spring_law  # noqa: PLC0415 - as above
 
-    return spring_law(read_text(key, value), Path())
+    text = spring_law(read_text(key, value), Path())
+    law_named(text)  # refuses what is no law
+    return text
 
 
 def read_release(key: str, value: Any) -> str:
@@ -237,7 +239,7 @@ def _read_boxes(key: str, value: Any) -> tuple[tuple[float, ...], ...]:
 
 POSITIVE, AMOUNT, FRACTION = _number(1e-9), _number(), _number(0.0, 1.0)
 SMALL_ANGLE, SMALL_LENGTH = _number(0.0, 0.1), _number(0.0, 0.1 * MAX_PANEL_LENGTH)
-LENGTH_IN_MM = replace(AMOUNT, write=lambda value: float(f"{1e3 * value:.10g}"))
+LENGTH_IN_MM = replace(AMOUNT, write=lambda value: float(f"{1e3 * value:.10g}"), in_mm=True)
 NAME = ValueKind(read_text, "", (str,), "a text, such as 'solar'")
 LAW = ValueKind(read_law, "write a law, such as 'linear:0.1'")
 JOININGS = ValueKind(
@@ -251,6 +253,7 @@ SIZE = ValueKind(
     (tuple,),
     "length, width and thickness in m, such as (0.05, 0.05, 0.006)",
     panel_text,
+    in_mm=True,
 )
 BOXES = ValueKind(_read_boxes, "write [[x, y, z, length, width, height]] in m, a list of boxes")
 ENVELOPE = replace(
