@@ -313,10 +313,6 @@ class StagedDesigns(FoldingResults):
     budget: int | None = None
     searched: Integers | None = None
 
-    def with_design_results(self, **results: Any) -> StagedDesigns:
-        """The same designs with further results, which have an entry for each design."""
-        return replace(self, of_designs={**self.of_designs, **results})
-
     def __len__(self) -> int:
         return len(self.circuits)
 
