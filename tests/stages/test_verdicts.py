@@ -239,6 +239,9 @@ def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch
 def test_a_design_has_the_best_verdict_of_its_foldings():
     search, shard = shard_of("hex", 8)
     rows = design_rows(search, shard)
+    untwisted = set(rows.foldings["row"][rows.foldings["twist"] == 0].tolist())
+    assert {row for row, crease in enumerate(rows.designs["best_crease"]) if crease != NO_NUMBER} == untwisted
+    assert len(untwisted) < len(rows)
     for row, word in enumerate(rows.designs["status"]):
         own = [rows.foldings["status"][i] for i in np.flatnonzero(rows.foldings["row"] == row)]
         known = [other for other in own if other is not None]

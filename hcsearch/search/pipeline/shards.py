@@ -59,7 +59,8 @@ def design_rows(search: Search, designs: StagedDesigns) -> DesignBatch:
         columns["min_twist"] = np.where(columns["n_foldings"] == 0, NO_NUMBER, min_twist)
     if designs.mobility is not None:
         best = best_foldings(designs)
-        columns["best_crease"] = np.where(best < 0, NO_NUMBER, foldings.crease[best] if len(foldings) else NO_NUMBER)
+        columns["best_crease"] = np.full(len(circuits), NO_NUMBER)
+        columns["best_crease"][best >= 0] = foldings.crease[best[best >= 0]]
         statuses = folding_statuses(designs)
         of_foldings["status"] = statuses
         first = best_foldings(designs, statuses).tolist()
