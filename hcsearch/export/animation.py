@@ -17,9 +17,10 @@ from itertools import combinations, compress
 from typing import NamedTuple
 
 import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.export.hidden_marks import ink_of, seen
 from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.shape.drawing import svg_path
 from hcsearch.shape.linkage import Linkage
@@ -179,12 +180,51 @@ class _FrameMark(NamedTuple):
     is_face: bool
 
 
+_FLAT_AREA = 1.0
+"""Area below which a polygon is drawn by its outline alone, square units of the picture."""
+_SLIVER = 0.05
+"""Area that may remain uncovered, square units of the picture: nobody sees it."""
+
+
 def _seen_marks(marks: Iterable[PaintedMark]) -> list[_FrameMark]:
     """Return the marks of a frame that are seen, from back to front."""
     whole = [_FrameMark(mark.look, [(round(x), round(y)) for x, y in mark.points], mark.is_face) for mark in marks]
     widths = {True: OUTLINE_WIDTH, False: HINGE_WIDTH}
     inks = [ink_of(mark.points, widths[mark.is_face], is_face=mark.is_face) for mark in whole]
     return list(compress(whole, seen(inks)))
+
+
+def ink_of(points: Sequence[tuple[float, float]], width: float, *, is_face: bool) -> BaseGeometry:
+    """Return what a mark covers: a filled polygon with its outline, or a line; width : of the line, with round ends."""
+    shape = shapely.Polygon(points) if is_face else shapely.LineString(points)
+    if is_face and shape.area < _FLAT_AREA:
+        shape = shapely.LineString([*points, points[0]])
+    return shape.buffer(0.5 * width, quad_segs=4)
+
+
+def seen(inks: Sequence[BaseGeometry]) -> list[bool]:
+    """Return for each mark, from back to front, whether any part of it is seen."""
+    shapes = np.array(inks, dtype=object)
+    shapely.prepare(shapes)
+    left, top, right, bottom = shapely.bounds(shapes).T
+    found = []
+    for number, shape in enumerate(shapes):
+        meets = (left < right[number]) & (left[number] < right) & (top < bottom[number]) & (top[number] < bottom)
+        meets[: number + 1] = False
+        found.append(_is_seen(shape, shapes[meets]))
+    return found
+
+
+def _is_seen(shape: BaseGeometry, above: np.ndarray) -> bool:
+    # most marks that are seen show a corner, which is quick to find
+    corners = shapely.get_coordinates(shape)
+    if not shapely.intersects_xy(above[:, None], corners[:, 0], corners[:, 1]).any(axis=0).all():
+        return True
+    for other in above:
+        shape = shape.difference(other)
+        if shape.area < _SLIVER:
+            return False
+    return True
 
 
 def _frame(marks: Iterable[_FrameMark]) -> str:

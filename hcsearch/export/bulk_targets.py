@@ -20,8 +20,7 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 from hcsearch.basics.errors import OutputError
 from hcsearch.export.formats import ExportFormat, export_format_of, format_named
-from hcsearch.system.archives import undated_entry
-from hcsearch.system.outputs import check_folder, check_output, make_folder, replacing_file, write_output
+from hcsearch.system.outputs import check_folder, check_output, make_folder, replacing_file, undated_entry, write_output
 from hcsearch.system.reading import read_text_file
 
 BulkKind = Literal["folder", "archive", "graphs"]

@@ -117,20 +117,6 @@ def write_graph6(exported: Exported) -> bytes:
     return graph6_of(exported.case.array)
 
 
-def write_sparse6(exported: Exported) -> bytes:
-    """Write the graph of neighbouring panels as sparse6."""
-    from hcsearch.export.graphs import sparse6_of
-
-    return sparse6_of(exported.case.array)
-
-
-def write_edge_list(exported: Exported) -> str:
-    """Write the graph of panels, creases and slits as an edge list."""
-    from hcsearch.export.graphs import edge_list_of
-
-    return edge_list_of(exported.name, exported.case.array)
-
-
 def write_glb(exported: Exported) -> bytes:
     """Write the motion as an animation in glTF."""
     from hcsearch.export.glb import glb_of
@@ -293,17 +279,6 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
         ExportFormat(
             "graph6", (".g6",), "the graph of neighbouring panels, as graph6", write_graph6, subject="array", joins=True
         ),
-        ExportFormat(
-            "sparse6",
-            (".s6",),
-            "the same graph as sparse6, shorter for large arrays",
-            write_sparse6,
-            subject="array",
-            joins=True,
-        ),
-        ExportFormat(
-            "edgelist", (".edgelist",), "panels, creases and slits, one pair a line", write_edge_list, subject="array"
-        ),
         ExportFormat("glb", (".glb",), "the motion as an animation, in binary glTF 2.0", write_glb, subject="motion"),
         ExportFormat("stl", (".stl",), "triangles of all panels or of one, in millimetres", write_stl),
         ExportFormat("3mf", (".3mf",), "an object for each panel, for printers", write_3mf),
@@ -316,11 +291,22 @@ EXPORT_FORMATS: dict[str, ExportFormat] = {
 }
 
 
+_GONE = {"sparse6": "a file .g6", "edgelist": "a file .json"}
+_GONE |= {".s6": _GONE["sparse6"], ".edgelist": _GONE["edgelist"]}
+"""Names and endings of formats that are written no more, and what holds the same graph."""
+
+
 def format_named(name: str) -> ExportFormat:
     """Return the format of a name; OutputError where it is unknown."""
+    _refuse_gone(name)
     if name not in EXPORT_FORMATS:
         raise OutputError(f"there is no format {name!r}: choose one of {', '.join(EXPORT_FORMATS)}")
     return EXPORT_FORMATS[name]
+
+
+def _refuse_gone(name: str) -> None:
+    if name in _GONE:
+        raise OutputError(f"{name} is written no more: {_GONE[name]} holds the same graph")
 
 
 def export_format_of(path: str, name: str | None = None) -> ExportFormat:
@@ -330,6 +316,7 @@ def export_format_of(path: str, name: str | None = None) -> ExportFormat:
         if Path(path).suffix.lower() not in chosen.endings:
             raise OutputError(f"{path} is no name for a file of the format {name}: write {' or '.join(chosen.endings)}")
         return chosen
+    _refuse_gone(Path(path).suffix.lower())
     known = [
         form for form in EXPORT_FORMATS.values() if Path(path).suffix.lower() in form.endings and not form.only_by_name
     ]

@@ -1,16 +1,13 @@
-"""The adjacency graph of an array, with the joint of each pair of neighbouring panels, as JSON, edge list or graph6."""
+"""The adjacency graph of an array, with the joint of each pair of neighbouring panels, as JSON or graph6."""
 
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.shape.pattern import FacetPair, Pattern
-
-if TYPE_CHECKING:
-    import networkx as nx
 
 GraphSubject = Folding | Circuit | Pattern
 """The subject of a graph: a folding, a circuit without assigned creases, or the pattern of an assembly."""
@@ -38,39 +35,14 @@ def node_link_json(name: str, array: GraphSubject) -> str:
 
 def graph6_of(array: GraphSubject) -> bytes:
     """Return the graph in nauty's graph6 format, without a header; vertices are in the order of the circuit."""
-    import networkx as nx  # noqa: PLC0415 - only this format and the next need it
-
-    line: bytes = nx.to_graph6_bytes(_graph_of(array), header=False)
-    return line
-
-
-def sparse6_of(array: GraphSubject) -> bytes:
-    """Return the graph in nauty's sparse6 format, which is shorter for large arrays; as `graph6_of`."""
-    import networkx as nx  # noqa: PLC0415 - as above
-
-    line: bytes = nx.to_sparse6_bytes(_graph_of(array), header=False)
-    return line
-
-
-def edge_list_of(name: str, array: GraphSubject) -> str:
-    """Return an edge list: a comment with the name, then the two panels and the kind of each edge, one edge a line.
-
-    networkx reads it by `read_edgelist(file, nodetype=int, data=[("kind", str)])`. The edges of kind `crease` are
-    those of the circuit.
-    """
-    _, edges = _items_of(array)
-    lines = (f"{edge['source']} {edge['target']} {edge['kind']}\n" for edge in edges)
-    return f"# {name}\n" + "".join(lines)
-
-
-def _graph_of(array: GraphSubject) -> nx.Graph:
-    import networkx as nx  # noqa: PLC0415 - as above
+    import networkx as nx  # noqa: PLC0415 - only this format needs it
 
     count, pairs = neighbouring_panels(array)
     graph = nx.Graph()
     graph.add_nodes_from(range(count))
     graph.add_edges_from(pairs)
-    return graph
+    line: bytes = nx.to_graph6_bytes(graph, header=False)
+    return line
 
 
 def neighbouring_panels(array: GraphSubject) -> tuple[int, list[FacetPair]]:

@@ -11,6 +11,7 @@ from contextlib import closing, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
+from zipfile import ZIP_DEFLATED, ZipInfo
 
 try:
     import fcntl
@@ -232,3 +233,17 @@ def _remove(part: Path | None, created_folders: list[Path]) -> None:
     for folder in created_folders:
         with suppress(OSError):
             folder.rmdir()
+
+
+_DATE = (1980, 1, 1, 0, 0, 0)  # the first that a zip archive can hold
+
+
+def undated_entry(name: str) -> ZipInfo:
+    """Return the entry of a zip archive for a compressed file, without a date, so that equal files make equal archives.
+
+    Its owner may write the file, and all may read it.
+    """
+    entry = ZipInfo(name, _DATE)
+    entry.compress_type = ZIP_DEFLATED
+    entry.external_attr = 0o644 << 16
+    return entry

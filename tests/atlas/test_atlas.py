@@ -25,7 +25,7 @@ from hcsearch.designs.grid import GRIDS
 from hcsearch.motion.certificates.certifying import verify_certificate
 from hcsearch.store import open_readonly, select, select_sql
 from hcsearch.store.columns import VIEWS
-from hcsearch.web.atlas.atlas_tables import table_columns
+from hcsearch.web.atlas.atlas_card import table_columns
 from tests import golden
 from tests.commands import without_progress
 from tests.report.browser import driven

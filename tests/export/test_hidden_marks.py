@@ -4,7 +4,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hcsearch.export.hidden_marks import ink_of, seen
+from hcsearch.export.animation import ink_of, seen
 
 points = st.tuples(st.integers(0, 20), st.integers(0, 20))
 marks = st.one_of(

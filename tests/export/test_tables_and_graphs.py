@@ -1,6 +1,7 @@
 """Tables of motions, and graphs of arrays: what pandas and networkx read back."""
 
 import json
+import re
 from io import BytesIO, StringIO
 
 import networkx as nx
@@ -9,7 +10,9 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 
+from hcsearch.basics.errors import OutputError
 from hcsearch.export.exported import Exported
+from hcsearch.export.formats import export_format_of
 from tests.collision.naive_distances import feature_distance
 from tests.export.exports import MOVING, exported, written
 from tests.strategies import circuits
@@ -67,17 +70,21 @@ def test_graphs_are_those_of_the_array_whatever_reads_them(circuit):
     data = json.loads(written(value, "networkx"))
     graph = nx.node_link_graph(data, edges="edges")
     small = nx.from_graph6_bytes(written(value, "graph6").strip())
-    sparse = nx.from_sparse6_bytes(written(value, "sparse6").strip())
-    listed = nx.parse_edgelist(written(value, "edgelist").splitlines(), nodetype=int, data=[("kind", str)])
     assert nx.is_isomorphic(graph, ours)
-    assert set(map(frozenset, sparse.edges)) == set(map(frozenset, graph.edges))
-    assert {frozenset(edge): kind for *edge, kind in listed.edges(data="kind")} == {
-        frozenset(edge): kind for *edge, kind in graph.edges(data="kind")
-    }
     assert set(map(frozenset, small.edges)) == set(map(frozenset, graph.edges))
     creases = {d["crease"]: frozenset((a, b)) for a, b, d in graph.edges(data=True) if d["kind"] == "crease"}
     assert creases == {k: frozenset((k, (k + 1) % circuit.n)) for k in range(circuit.n)}
     assert [tuple(cell) for _, cell in sorted(graph.nodes(data="cell"))] == list(circuit.cells)
+
+
+@pytest.mark.parametrize(("gone", "instead"), [("sparse6", ".g6"), ("edgelist", ".json")])
+def test_a_format_that_is_written_no_more_names_another(gone, instead):
+    ending = {"sparse6": "s6"}.get(gone, gone)
+    said = rf"is written no more: a file {re.escape(instead)} holds the same graph$"
+    with pytest.raises(OutputError, match=f"^{gone} {said}"):
+        export_format_of(f"array.{ending}", gone)
+    with pytest.raises(OutputError, match=rf"^\.{ending} {said}"):
+        export_format_of(f"array.{ending}")
 
 
 def test_the_graph_of_a_folding_has_its_folds_and_one_of_an_assembly_its_hinges():

@@ -32,7 +32,6 @@ from hcsearch.store.columns import VIEWS
 from hcsearch.subjects.names import circuit_with_id
 from hcsearch.subjects.resolve import kind_of
 from hcsearch.web.serve import jobs
-from hcsearch.web.serve.assembly_list import render_assembly_list
 from hcsearch.web.serve.downloads import MEDIA_TYPES, ResultStreams, asks_for_few_rows, read_export, text_of_few_rows
 from hcsearch.web.serve.jobs import BusyError, ComputingPool
 from hcsearch.web.serve.listing import RowCounts, order_of_list, render_list
@@ -48,7 +47,7 @@ from hcsearch.web.serve.requests import (
     read_parameters,
     refusal_response,
 )
-from hcsearch.web.serve.template_pages import render_page, static_files
+from hcsearch.web.serve.template_pages import render_assembly_list, render_page, static_files
 
 
 class MissingError(HcsearchError):

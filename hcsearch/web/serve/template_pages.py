@@ -1,4 +1,4 @@
-"""Pages from templates of the server and the report, and their static files: styles and scripts."""
+"""Pages from templates of the server and the report, that of all assemblies, and static files: styles and scripts."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ from functools import cache
 from typing import Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader
+from markupsafe import Markup
 
+from hcsearch.library.assemblies import ASSEMBLIES, Assembly
+from hcsearch.shape.pattern_drawing import draw_pattern
 from hcsearch.store.columns import VIEWS
 from hcsearch.store.quantity import Quantity
+from hcsearch.subjects.linkage_cases import parameters_of
 from hcsearch.web.player import player_script
 from hcsearch.web.report.page_files import CARD_SCRIPT_MODULES
 from hcsearch.web.report.templating import joined_script, page_style, template_environment, written_value
@@ -72,3 +76,15 @@ def _other_end(quantity: Quantity, sort: str) -> str:
 def _cell(value: object, name: str) -> str:
     """Return a value as text in a table; errors may be tiny, other tiny values are rounding errors of zero."""
     return f"{value:.4g}" if isinstance(value, float) and name.endswith("_error") else written_value(value)
+
+
+@cache
+def render_assembly_list() -> str:
+    """Return the HTML page that lists the assemblies with their default sizes."""
+    return render_page("assemblies.html", assemblies=[(one, _picture(one)) for one in ASSEMBLIES.values()])
+
+
+def _picture(assembly: Assembly) -> Markup:
+    pattern = assembly.build(parameters_of(assembly, {}))
+    # Trusted: integers and fixed words, and a title that `draw_pattern` escapes.
+    return Markup(draw_pattern(pattern, assembly.title, standalone=False))
