@@ -175,9 +175,7 @@ def _print_points(measured: MeasuredStability) -> None:
                 point.reason or str(point.outcome),
             )
         )
-    widths = [max(len(line[k]) for line in lines) for k in range(len(lines[0]))]
-    for line in lines:
-        click.echo(_aligned(line, widths))
+    _print_aligned(lines)
     click.echo(", ".join(f"{count} {judgement}" for judgement, count in measured.counts.items()))
 
 
@@ -238,17 +236,17 @@ def _print_rows(work: FormulationWork) -> None:
             tolerances = _power(untried[0].tolerance) + (" on" if len(untried) > 1 else "")
             mark = "> " if any(row.default for row in untried) else "  "
             lines.append((mark + method, tolerances, untried[0].note))
-    widths = [max(len(line[k]) for line in lines if len(line) == len(_HEADINGS)) for k in range(len(_HEADINGS))]
-    for line in lines:
-        click.echo(_aligned(line, widths))
+    _print_aligned(lines)
 
 
-def _aligned(cells: Sequence[str], widths: Sequence[int]) -> str:
-    last = len(cells) - 1
-    padded = (
-        cell if k == last else f"{cell:{width}}" for k, (cell, width) in enumerate(zip(cells, widths, strict=False))
-    )
-    return "  ".join(padded).rstrip()
+def _print_aligned(lines: Sequence[Sequence[str]]) -> None:
+    """Print lines in columns that fit those with as many cells as the first line; a last cell takes what it needs."""
+    widths = [
+        max(map(len, cells)) for cells in zip(*(line for line in lines if len(line) == len(lines[0])), strict=True)
+    ]
+    for *cells, last in lines:
+        padded = [f"{cell:{width}}" for cell, width in zip(cells, widths, strict=False)]
+        click.echo("  ".join([*padded, last]).rstrip())
 
 
 def _cells(row: WorkRow, work: FormulationWork) -> tuple[str, ...]:
