@@ -85,7 +85,8 @@ def test_the_legend_of_a_plot_breaks_no_line_within_a_range(data):
 
 def test_hostile_text_stays_text(data):
     hostile = "</script><script>alert(1)</script>"
-    text = render_linkage(replace(data, title=hostile, sentence=hostile, commands=[(hostile, hostile)]))
+    about = data.about._replace(title=hostile, commands=[(hostile, hostile)])
+    text = render_linkage(replace(data, about=about, sentence=hostile))
     assert Page(text).count("script") == 3
     assert "<script>alert" not in text
 
@@ -101,7 +102,7 @@ def test_show_prints_what_assembly_prints_and_writes_the_page(tmp_path, data):
     path = tmp_path / "unit.html"
     written = CliRunner().invoke(show, [UNIT, "--html", "--output", str(path)], catch_exceptions=False)
     assert written.stdout == f"{path}\n"
-    assert data.title in path.read_text(encoding="utf-8")
+    assert data.about.title in path.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

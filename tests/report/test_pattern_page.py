@@ -34,8 +34,8 @@ def test_the_page_of_a_pattern_plays_its_motions_and_holds_its_properties(path, 
     assert data.sentence.startswith(
         "3 panels and 2 hinges with 2 degrees of freedom, where Kutzbach's formula gives 2."
     )
-    assert {value for _, value in data.facts} <= texts
-    assert any("a path from packed to flat is proved" in value for _, value in data.facts)
+    assert {value for _, value in data.about.rows} <= texts
+    assert any("a path from packed to flat is proved" in value for _, value in data.about.rows)
     assert data_of(text) == [motion.payload for motion in data.motions]
     assert [motion.command for motion in data.motions] == [
         f"hcsearch deploy {path} --scene x.toml",
@@ -45,7 +45,8 @@ def test_the_page_of_a_pattern_plays_its_motions_and_holds_its_properties(path, 
 
 def test_a_hostile_name_stays_text(data):
     hostile = "</script><script>alert(1)</script>"
-    text = render_linkage(replace(data, title=hostile, facts=[(hostile, hostile)], commands=[(hostile, hostile)]))
+    about = data.about._replace(title=hostile, rows=[(hostile, hostile)], commands=[(hostile, hostile)])
+    text = render_linkage(replace(data, about=about))
     assert Page(text).count("script") == 3
     assert "<script>alert" not in text
 
@@ -69,7 +70,7 @@ def test_a_page_overwrites_no_pattern_and_each_result_has_a_name(tmp_path, data)
     own = written(tmp_path, strip([2.0, 1.5], "M"))
     with pytest.raises(HcsearchError, match="is the file that is shown: write the page to another one"):
         _printed(own, "--html", "--output", own)
-    assert all(name for name, _ in data.facts)
+    assert all(name for name, _ in data.about.rows)
 
 
 def test_a_file_that_draws_a_design_is_shown_as_this_design(tmp_path):

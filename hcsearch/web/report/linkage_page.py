@@ -13,7 +13,7 @@ from markupsafe import Markup
 from hcsearch.basics.vocabulary import counted
 from hcsearch.shape.pattern_drawing import draw_pattern
 from hcsearch.springs.deployment.deployment_facts import Deployed
-from hcsearch.subjects.case import Case
+from hcsearch.subjects.case import Case, PageFacts
 from hcsearch.subjects.replay import Replay
 from hcsearch.subjects.replay_sources import replay_of_deployment
 from hcsearch.web.player import payload_of, player_script
@@ -31,8 +31,8 @@ class LinkageData:
 
     Parameters
     ----------
-    title
-        The name of the linkage.
+    about
+        What the case tells of itself.
     sentence
         What it is, and whether springs open it.
     meta
@@ -41,52 +41,42 @@ class LinkageData:
         Its flat pattern as SVG, of integers, fixed words and an escaped title.
     motions
         To play.
-    facts
-        The name and the value of each property.
-    commands
-        That print or draw more, each with what it does.
-    notes
-        Sentences on the properties.
-    published
-        Name, published value and verdict of properties that the thesis states.
     links
         The words and the address of neighbouring pages.
     """
 
-    title: str
+    about: PageFacts
     sentence: str
     meta: Sequence[tuple[str, str]]
     picture: str
     motions: Sequence[ShownMotion]
-    facts: Sequence[tuple[str, str]]
-    commands: Sequence[tuple[str, str]]
-    notes: Sequence[str] = ()
-    published: Sequence[tuple[str, str, str]] = ()
     links: Sequence[tuple[str, str]] = ()
+
+    @property
+    def title(self) -> str:
+        """The name of the linkage."""
+        return self.about.title
 
 
 def fetch_linkage_data(case: Case, subject: str) -> LinkageData:
     """Return the data of a case whose linkage has a page; subject : how commands name this case, with its options."""
     deployed = case.deployed()
-    facts = case.page_facts(deployed, subject)
+    about = case.page_facts(deployed, subject)
     springs = replay_of_deployment(deployed.deployment, case.title, reason=deployed.reason)
+    title = spring_motion_title(deployed.deployment)
     return LinkageData(
-        title=facts.title,
-        sentence=_lead_sentence(facts.facts, deployed),
+        about,
+        sentence=_lead_sentence(about.facts, deployed),
         meta=[
             ("scene", case.setup.name),
             ("hcsearch", version("hcsearch")),
             ("made", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
         ],
-        picture=draw_pattern(case.linkage.pattern, facts.title, standalone=False),
+        picture=draw_pattern(case.linkage.pattern, about.title, standalone=False),
         motions=[
-            _shown_motion(spring_motion_title(deployed.deployment), springs, f"hcsearch deploy {subject}", deployed),
-            *(_shown_motion(*motion) for motion in facts.motions),
+            _shown_motion(title, springs, f"hcsearch deploy {subject}", deployed),
+            *(_shown_motion(*motion) for motion in about.motions),
         ],
-        facts=facts.rows,
-        commands=facts.commands,
-        notes=facts.notes,
-        published=facts.published,
     )
 
 
