@@ -4,9 +4,14 @@ import ast
 import re
 from pathlib import Path
 
+from hcsearch.basics.vocabulary import STAGE_NAMES
+
 ROOT = Path(__file__).parents[1]
-STARTS = ("hcsearch.__main__", "hcsearch_bench.command", "hcsearch_bench.gallery.__main__", "hcsearch.store.generated")
-"""Modules that a shell, an entry point or the Makefile starts."""
+STARTS = (
+    *("hcsearch.__main__", "hcsearch_bench.command", "hcsearch_bench.gallery.__main__", "hcsearch.store.generated"),
+    *(f"hcsearch.search.stages.{name}" for name in STAGE_NAMES),
+)
+"""Modules that a shell, an entry point or the Makefile starts, and those of the stages, which are loaded by name."""
 BY_NAME = ("hcsearch.store.migrations.", "hcsearch_bench.")
 """Packages of which modules are loaded by their names, as a text: migrations, and benches."""
 

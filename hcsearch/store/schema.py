@@ -1,7 +1,7 @@
 """The tables. Values that follow from other columns (orbit size, booleans, the verdict on a twist) are in the views.
 
-A change needs a new migration, a higher revision and a regenerated `db/schema.sql`; tests compare all three. A change
-of the views needs the same, with an empty migration.
+A change needs a new migration and a regenerated `db/schema.sql`; tests compare them. A change of the views needs the
+same, with an empty migration.
 """
 
 from __future__ import annotations
