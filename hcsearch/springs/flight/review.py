@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.records import FlightNumbers
 from hcsearch.scenes.envelopes import envelope_sides
-from hcsearch.scenes.laws import scaled_law
+from hcsearch.scenes.laws import Law, scaled_law
 from hcsearch.shape.labels import labels_of
 from hcsearch.springs.dynamics.law_torques import law_torques
 from hcsearch.springs.flight.flight_figures import figures_of, least_margins, tolerances_of
@@ -163,13 +163,13 @@ def _drawn_margins(judged: JudgedTravel) -> tuple[tuple[float, float], ...]:
 def sensitivities_of(travel: Travel, numbers: FlightNumbers, margins: MarginFigures | None) -> tuple[Sensitivity, ...]:
     """Return how figures change with the springs and the hardware, along the same states, greatest changes first.
 
-    numbers, margins : of the travel. Margins are computed again only where what they depend on changes. The figures are
-    those by which designs are ranked.
+    numbers, margins : of the travel. Margins are computed again only where what they depend on changes. Designs are
+    ranked by these figures.
     """
     rows = []
     quantities = [quantity for quantity in FLIGHT_QUANTITIES if quantity.half is not None]
-    for name, changed in _CHANGES.items():
-        ends = [changed(travel, 1.0 + sign * SENSITIVITY_CHANGE) for sign in (-1.0, 1.0)]
+    for name, changed in _CHANGED.items():
+        ends = [_with_scaled(travel, changed, 1.0 + sign * SENSITIVITY_CHANGE) for sign in (-1.0, 1.0)]
         low, high = (figures_of(end, margins if _have_equal_margins(end, travel) else None) for end in ends)
         for quantity in quantities:
             values = [flight_value(quantity, one) for one in (low, numbers, high)]
@@ -187,32 +187,26 @@ def _have_equal_margins(one: Travel, other: Travel) -> bool:
     return one.setup.resistance == other.setup.resistance and one.setup.laws == other.setup.laws
 
 
-def _with_springs(travel: Travel, factor: float) -> Travel:
-    laws = tuple(scaled_law(law, factor) for law in travel.setup.laws)
-    return travel.with_values(replace(travel.setup, laws=laws))
+def _with_scaled(travel: Travel, name: str, factor: float) -> Travel:
+    """Return a travel with a value of its setup times a factor."""
+    value = getattr(travel.setup, name)
+    scaled: Any = tuple(_scaled(own, factor) for own in value) if isinstance(value, tuple) else factor * value
+    return travel.with_values(replace(travel.setup, **{name: scaled}))
 
 
-def _with_density(travel: Travel, factor: float) -> Travel:
-    return travel.with_values(replace(travel.setup, density=factor * travel.setup.density))
+def _scaled(value: Any, factor: float) -> Any:
+    return scaled_law(value, factor) if isinstance(value, Law) else factor * value
 
 
-def _with_hardware(name: str) -> Callable[[Travel, float], Travel]:
-    def changed(travel: Travel, factor: float) -> Travel:
-        value = getattr(travel.setup, name)
-        scaled: Any = tuple(factor * own for own in value) if isinstance(value, tuple) else factor * value
-        return travel.with_values(replace(travel.setup, **{name: scaled}))
-
-    return changed
-
-
-_CHANGES: dict[str, Callable[[Travel, float], Travel]] = {
-    "torque of springs": _with_springs,
-    "density of panels": _with_density,
-    "friction": _with_hardware("friction"),
-    "harness": _with_hardware("harness"),
-    "latch stiffness": _with_hardware("latch_stiffness"),
-    "tolerance of stops": _with_hardware("stop_tolerance"),
-    "play": _with_hardware("play"),
-    "tolerance of thickness": _with_hardware("thickness_tolerance"),
-    "tolerance of hinge lines": _with_hardware("offset_tolerance"),
+_CHANGED = {
+    "torque of springs": "laws",
+    "density of panels": "density",
+    "friction": "friction",
+    "harness": "harness",
+    "latch stiffness": "latch_stiffness",
+    "tolerance of stops": "stop_tolerance",
+    "play": "play",
+    "tolerance of thickness": "thickness_tolerance",
+    "tolerance of hinge lines": "offset_tolerance",
 }
+"""Values of a setup that are changed for sensitivities, by their names for readers."""
