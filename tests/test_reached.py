@@ -85,8 +85,6 @@ def unreached(modules, texts):
 
 
 ELSEWHERE = {
-    "hcsearch.springs.flight.shape_errors.ruze_gain",
-    "hcsearch.springs.flight.sheet_texts.SHEET_STYLES",
     "hcsearch.scenes.scene_template.template_keys",
     "hcsearch.kernels.multibody.drag.no_drag",
     "hcsearch.motion.collision.distances.approach_speeds",

@@ -17,7 +17,7 @@ from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.shape.isometries import Isometry
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.flight.build_errors import BuildTolerances, error_map
-from hcsearch.springs.flight.shape_errors import ruze_gain, self_stresses_when_flat, shape_errors
+from hcsearch.springs.flight.shape_errors import self_stresses_when_flat, shape_errors
 from tests.flight.arrays import SIDE, exact_rank, greatest_errors, scaled, strip, tolerances_of
 from tests.flight.naive_built import BuiltArray, built_samples
 from tests.linkages import linkage_named
@@ -287,14 +287,6 @@ def test_an_array_of_another_size_is_as_flat_in_proportion(size):
     assert other.misfit == pytest.approx(size * one.misfit, rel=1e-6)
     assert other.tilt == pytest.approx(one.tilt, rel=1e-6)
     assert other.needed_play == pytest.approx(one.needed_play, rel=1e-6)
-
-
-def test_gain_falls_by_e_where_the_error_is_a_turn_of_one_radian():
-    wavelength = 0.03
-    assert ruze_gain(wavelength / (4 * math.pi), wavelength) == pytest.approx(math.exp(-1))
-    assert ruze_gain(0.0, wavelength) == 1.0
-    with pytest.raises(HcsearchError, match="give it in m"):
-        ruze_gain(1e-4, 0.0)
 
 
 def test_wrong_tolerances_are_refused():

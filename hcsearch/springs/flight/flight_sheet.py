@@ -23,12 +23,15 @@ MIN_SENSITIVITY = 1e-6
 """Change of a figure, over the figure, below which it does not depend on a value."""
 RULE_HEADS = ("rule", "clause", "figure", "known", "required", "verdict", "margin", "note")
 SENSITIVITY_HEADS = ("value of the scene", "figure", "20 % less", "20 % more")
-_STYLES = {"text": ("simple", "{}"), "markdown": ("pipe", "## {}"), "latex": ("latex_booktabs", "\\subsection*{{{}}}")}
-"""Tables as tabulate draws them, which escapes their texts, and headings."""
+SHEET_STYLES = {
+    "text": ("simple", "{}"),
+    "markdown": ("pipe", "## {}"),
+    "latex": ("latex_booktabs", "\\subsection*{{{}}}"),
+}
+"""Text formats of a sheet: tables as tabulate draws them, which escapes their texts, and headings. LaTeX needs the
+package booktabs."""
 _LAW_DIGITS = 6
 """Significant digits of springs that pass: more than of other values, as some springs only just pass."""
-SHEET_STYLES = tuple(_STYLES)
-"""Text formats of a sheet; those for LaTeX need the package booktabs."""
 SheetVerdict = Literal["pass", "fail", "not known"]
 FigureSide = Literal["exact", "from below", "from above"]
 """The direction in which a figure is a bound."""
@@ -223,7 +226,7 @@ def head_cells(sheet: FlightSheet) -> tuple[tuple[str, str], ...]:
 
 def sheet_text(sheet: FlightSheet, style: str) -> str:
     """Return a sheet as text in a style of `SHEET_STYLES`."""
-    table, heading = _STYLES[style]
+    table, heading = SHEET_STYLES[style]
     parts = [_table(head_cells(sheet), ("sheet", ""), table)]
     if sheet.advice:
         parts.append(f"{sheet.advice[0].upper()}{sheet.advice[1:]}.")

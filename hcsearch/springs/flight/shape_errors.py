@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hcsearch.basics.array_values import Reals, WholeNumbers
-from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.linkage.boxed_programs import farthest_in_box, greatest_in_box
 from hcsearch.motion.kinematics.numerical_rank import rank_at
 from hcsearch.motion.locks.lattice import whole_end
@@ -109,17 +108,6 @@ def binding(built: ErrorMap) -> tuple[float, float]:
     closing = np.linalg.pinv(turns, rcond=DEPENDENT_ROW_SHARE) @ opened
     left = opened - turns @ closing
     return float(np.linalg.norm(closing, axis=1).max(initial=0.0)), float(np.linalg.norm(left) * built.radius)
-
-
-def ruze_gain(rms: float, wavelength: float) -> float:
-    """Return the share of its gain that a reflector keeps with random errors of its surface.
-
-    rms : m, root mean square of the errors of the surface, half of the errors of the path. wavelength : m. Source: J.
-    Ruze, Proc. IEEE 54 (1966) 633-640.
-    """
-    if not wavelength > 0.0:
-        raise HcsearchError("a wavelength is positive: give it in m")
-    return math.exp(-((4.0 * math.pi * rms / wavelength) ** 2))
 
 
 class _Deviations(NamedTuple):
