@@ -85,7 +85,6 @@ def unreached(modules, texts):
 
 
 ELSEWHERE = {
-    "hcsearch.scenes.scene_template.template_keys",
     "hcsearch.kernels.multibody.drag.no_drag",
     "hcsearch.motion.collision.distances.approach_speeds",
 }
