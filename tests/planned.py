@@ -12,7 +12,7 @@ from hcsearch.designs.panel_sizes import default_panel
 from hcsearch.kernels.enclosure.expansion import HingeRings
 from hcsearch.kernels.enclosure.refutation import new_refutation
 from hcsearch.kernels.enclosure.wandering import climb_angles, random_walk
-from hcsearch.motion.collision.panel_reaches import longest_way
+from hcsearch.motion.collision.panel_prisms import longest_way
 from hcsearch.motion.locks.boxes import whole_box
 from hcsearch.motion.locks.enclosures import rings_of
 from hcsearch.motion.locks.regions import Region

@@ -6,6 +6,7 @@ import re
 import sys
 import threading
 import time
+from pathlib import Path
 
 import click
 import pytest
@@ -16,9 +17,8 @@ from hypothesis import strategies as st
 from hcsearch.api.enumerating import enumerate_into
 from hcsearch.basics.vocabulary import STAGE_NAMES, listed
 from hcsearch.cli import hcsearch, progress
-from hcsearch.search.own_patterns.single_circuits import FOLDING_STAGES
 from hcsearch.search.pipeline.processes import ProcessExecutor
-from hcsearch.search.stages.order import STAGES
+from hcsearch.search.stages.order import FOLDING_STAGES, STAGES
 from hcsearch.system.work_steps import (
     StageProgress,
     hearing_work,
@@ -51,6 +51,11 @@ def test_help_and_docstrings_list_the_stages_that_there_are():
     docstring = " ".join(enumerate_into.__doc__.split())
     assert f"The last stage: {listed([f'`{name}`' for name in STAGE_NAMES], 'or')}, the default." in docstring
     assert FOLDING_STAGES == ("mobility", "motion", "deployment")
+
+
+def test_all_progress_has_one_type():
+    texts = [path.read_text(encoding="utf-8") for path in Path(progress.__file__).parents[1].rglob("*.py")]
+    assert sum(text.count("Callable[[int, int, str], None]") for text in texts) == 1
 
 
 @pytest.mark.parametrize("name", sorted(hcsearch.commands))

@@ -36,10 +36,11 @@ from hcsearch.motion.collision.panel_prisms import (
     GAP_RESOLUTION,
     deepest_margin,
     kept_apart,
+    longest_way,
     prisms_of,
+    slack_of,
     solid_pairs,
 )
-from hcsearch.motion.collision.panel_reaches import longest_way, slack_of
 from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import RIGID_CREASE, VALLEY_CREASE, Pattern

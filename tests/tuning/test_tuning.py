@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.motion.collision.panel_reaches import slack_of
+from hcsearch.motion.collision.panel_prisms import slack_of
 from hcsearch.scenes import SCENES
 from hcsearch.scenes.setup import MAX_SPRING_STIFFNESS, MIN_SPRING_STIFFNESS, setup_of_scene, with_stiffnesses
 from hcsearch.springs.deployment.outcomes import DeploymentCheck

@@ -22,8 +22,7 @@ from hcsearch.kernels.planning.closed_states import Group
 from hcsearch.kernels.planning.tubes import Track
 from hcsearch.motion.collision.clearance import Clearance, certify_clearance
 from hcsearch.motion.collision.distances import deepest_cut
-from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, kept_apart, scale_of
-from hcsearch.motion.collision.panel_reaches import longest_way, reaches
+from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, kept_apart, longest_way, reaches, scale_of
 from hcsearch.motion.locks.lattice import whole_end
 from hcsearch.motion.planning.ends import EndClosure
 from hcsearch.motion.planning.problems import group_of, group_of_all, loops_of

@@ -15,8 +15,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.motion.collision.clearance import certify_clearance, least_gap_of_motion
-from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, TOUCHING_DISTANCE, scale_of
-from hcsearch.motion.collision.panel_reaches import slack_of
+from hcsearch.motion.collision.panel_prisms import MIN_PANEL_MARGIN, TOUCHING_DISTANCE, scale_of, slack_of
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.dynamics.time_integration import Motion, closed_between
 from hcsearch.system.work_steps import work_step

@@ -14,8 +14,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.clearance_search import MOTION_CLEAR, MOTION_COLLIDES
 from hcsearch.kernels.deployment_batch import CheckFindings, CheckingRules, SceneTables, check_foldings
 from hcsearch.kernels.multibody.recording import SimulationRecord
-from hcsearch.motion.collision.panel_prisms import Solids, collision_solids, resolution_of
-from hcsearch.motion.collision.panel_reaches import slack_of
+from hcsearch.motion.collision.panel_prisms import Solids, collision_solids, resolution_of, slack_of
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.outcomes import (
     FLAT_FOLD_ANGLE,

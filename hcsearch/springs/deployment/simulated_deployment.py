@@ -14,8 +14,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
 from hcsearch.kernels.multibody.events import StateSeries
 from hcsearch.motion.collision.clearance import Clearance, certify_clearance
-from hcsearch.motion.collision.panel_prisms import resolution_of
-from hcsearch.motion.collision.panel_reaches import reaches
+from hcsearch.motion.collision.panel_prisms import reaches, resolution_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import labels_of, named_hinges

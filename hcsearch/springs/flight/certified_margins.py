@@ -18,7 +18,7 @@ from hcsearch.basics.array_values import ByValue, Flags, Reals, Signs, WholeNumb
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.kernels.collision.intervals import Course
 from hcsearch.kernels.linkage.courses import course_polynomials
-from hcsearch.motion.collision.panel_reaches import longest_way
+from hcsearch.motion.collision.panel_prisms import longest_way
 from hcsearch.motion.paths.motions import accumulated_turn
 from hcsearch.scenes.laws import Law
 from hcsearch.shape.linkage import Linkage

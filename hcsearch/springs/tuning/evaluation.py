@@ -12,8 +12,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import Formulation
-from hcsearch.motion.collision.panel_prisms import scale_of
-from hcsearch.motion.collision.panel_reaches import slack_of
+from hcsearch.motion.collision.panel_prisms import scale_of, slack_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import HARDWARE_VALUES
 from hcsearch.scenes.setup import Setup, setup_of_scene, with_stiffnesses
