@@ -101,6 +101,11 @@ def listed(words: Sequence[str], joined_by: str) -> str:
     return f" {joined_by} ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
+def finite_or_none(value: float | None) -> float | None:
+    """Return a number, or None where it is not finite, as not all files and databases hold such numbers."""
+    return value if value is not None and math.isfinite(value) else None
+
+
 def millimetres(length: float | None) -> float | None:
     """Convert a gap or margin (m) to millimetres, rounded to a nanometre; None for None or NaN."""
     if length is None or math.isnan(length):

@@ -12,7 +12,7 @@ import numpy as np
 from sqlalchemy import Connection, Table, and_, case, delete, func, select
 
 from hcsearch.basics.errors import DatabaseError, SceneError
-from hcsearch.basics.vocabulary import STATUSES, millimetres
+from hcsearch.basics.vocabulary import STATUSES, finite_or_none, millimetres
 from hcsearch.designs.records import (
     Evidence,
     FlightNumbers,
@@ -240,7 +240,7 @@ def _insert_motions(connection: Connection, keys: VerdictColumns, motions: Motio
         "flat_pairs": [motions.flat_pairs[i] for i in planned],
         "needed_margin": [millimetres(float(motions.margin[i])) for i in planned],
         "least_gap": [millimetres(float(motions.gap[i])) for i in planned],
-        "slack": [_finite(1e3 * float(motions.slack[i])) for i in planned],
+        "slack": [finite_or_none(1e3 * float(motions.slack[i])) for i in planned],
         "states": [0 if path is None else len(path) for path in paths],
         "reason": [motions.reason[i] for i in planned],
         "as_crease": [motions.as_crease[i] if motions.as_crease else None for i in planned],
@@ -283,12 +283,8 @@ def _insert_trials(connection: Connection, keys: VerdictColumns, trials: Sequenc
     values: VerdictColumns = {
         "scene_values": [trial.values for trial in trials],
         # an error, which is not rounded to a nanometre
-        "closure_error": [_finite(1e3 * trial.closure_error) for trial in trials],
+        "closure_error": [finite_or_none(1e3 * trial.closure_error) for trial in trials],
     }
     others = [one for one in stored_quantities("deployment").values() if one.name not in {**of_trials, **values}]
     values |= {one.name: [one.stored(getattr(trial, one.name)) for trial in trials] for one in others}
     _upsert(connection, deployment, of_trials, values)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hcsearch.basics.errors import PatternError
+from hcsearch.basics.vocabulary import finite_or_none
 from hcsearch.library.assemblies.eight_r import measured_slit, skew_symmetric_angles, slit_distance
 from hcsearch.library.assemblies.named_assembly import Assembly, Parameters
 from hcsearch.library.assemblies.packages import Package, flat_overlap, folded_package
@@ -101,7 +102,7 @@ def _mobility(assembly: Assembly, parameters: Parameters, linkage: Linkage, unde
     facts["rank_between"] = between.rank
     facts["overconstrained"] = (between.nullity or 0) > linkage.pattern.kutzbach
     facts = {name: None if doubts[name] else value for name, value in facts.items()}
-    return facts | {"rank_gap": between.gap if math.isfinite(between.gap) else None}
+    return facts | {"rank_gap": finite_or_none(between.gap)}
 
 
 def _doubt(rank: Rank, pattern: Pattern) -> str | None:

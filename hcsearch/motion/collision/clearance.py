@@ -8,7 +8,6 @@ panels are placed by a tree of hinges; the error of closed loops that this leave
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal
@@ -16,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
+from hcsearch.basics.vocabulary import finite_or_none
 from hcsearch.kernels.collision.clearance_search import (
     MOTION_CLEAR,
     MOTION_COLLIDES,
@@ -96,7 +96,7 @@ def least_gap_of_motion(
     prisms = prisms_of(linkage)
     pairs = solid_pairs(linkage, prisms, apart)
     gap = float(least_pair_gap(linkage.chain, prisms, pairs, course, resolution))
-    return gap if math.isfinite(gap) else None
+    return finite_or_none(gap)
 
 
 class _Certificate:
@@ -116,7 +116,7 @@ class _Certificate:
         )
         bound_count, gap = int(report.bound_counts[0]), float(report.gaps[0])
         if verdict == MOTION_CLEAR:
-            return Clearance("clear", self.solids.margin, None, None, gap if math.isfinite(gap) else None, bound_count)
+            return Clearance("clear", self.solids.margin, None, None, finite_or_none(gap), bound_count)
         first, second = sorted(self.linkage.pattern.panel_of[facet] for facet in solids.pairs.prisms[report.pairs[0]])
         kind: Literal["collides", "undecided"] = "collides" if verdict == MOTION_COLLIDES else "undecided"
         pair, time = int(report.pairs[0]), float(report.times[0])

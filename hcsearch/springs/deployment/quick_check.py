@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hcsearch.basics.errors import HcsearchError
+from hcsearch.basics.vocabulary import finite_or_none
 from hcsearch.kernels.collision.clearance_search import MOTION_CLEAR, MOTION_COLLIDES
 from hcsearch.kernels.deployment_batch import CheckFindings, CheckingRules, SceneTables, check_foldings
 from hcsearch.kernels.multibody.recording import SimulationRecord
@@ -200,7 +201,7 @@ def _check(compiled: CompiledScene, subject: SceneTables, findings: CheckFinding
         float(findings.times[i, 0]),
         {MOTION_CLEAR: True, MOTION_COLLIDES: False}.get(verdict),
         collision,
-        gap if math.isfinite(gap) else None,
+        finite_or_none(gap),
         float(findings.speeds[i]),
         float(findings.remaining_angles[i, 0]),
         float(findings.remaining_angles[i, 1]),

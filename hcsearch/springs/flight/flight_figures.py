@@ -10,7 +10,7 @@ import numpy as np
 
 from hcsearch.basics.array_values import Flags, Reals
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.basics.vocabulary import Way
+from hcsearch.basics.vocabulary import Way, finite_or_none
 from hcsearch.designs.folding import Folding, folding_at
 from hcsearch.designs.records import (
     CircuitBatch,
@@ -128,12 +128,12 @@ def _latches(travel: Travel) -> dict[str, FlightValue]:
 def _margins(margins: MarginFigures, travel: Travel) -> dict[str, FlightValue]:
     whole, failed = margins
     if whole.value is None or math.isinf(whole.value):  # nothing resists, and springs drive at every state
-        return {"torque_margin_failed": _finite(failed.value)}
+        return {"torque_margin_failed": finite_or_none(failed.value)}
     return {
         "torque_margin": whole.value,
         "torque_margin_hinge": labels_of(travel.linkage).hinges[whole.hinge] if whole.hinge >= 0 else None,
         "torque_margin_at": whole.at,
-        "torque_margin_failed": _finite(failed.value),
+        "torque_margin_failed": finite_or_none(failed.value),
     }
 
 
@@ -170,10 +170,6 @@ def _course(travel: Travel) -> tuple[Course, float] | None:
     except HcsearchError:
         return None
     return course, float(np.max(slack, initial=0.0))
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
 
 
 def flight_of_foldings(

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.basics.vocabulary import Formulation
+from hcsearch.basics.vocabulary import Formulation, finite_or_none
 from hcsearch.motion.collision.panel_prisms import scale_of, slack_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import HARDWARE_VALUES
@@ -279,7 +279,7 @@ class DatabaseMemory:
             "collision_time": time,
             "first_panel": panels[0],
             "second_panel": panels[1],
-            **{name: _finite(getattr(check, name)) for name in _REALS},
+            **{name: finite_or_none(getattr(check, name)) for name in _REALS},
             **{name: getattr(check, name) for name in _COUNTS},
         }
 
@@ -302,8 +302,3 @@ def check_of_row(row: Mapping[str, Any]) -> DeploymentCheck:
         **reals,
         **{name: row[name] for name in _COUNTS},
     )
-
-
-def _finite(value: float | None) -> float | None:
-    """Return a number, or None where it is not finite, as not all databases store such numbers."""
-    return value if value is not None and math.isfinite(value) else None
