@@ -102,7 +102,7 @@ def _row(grid: str, cells: str, search: Search) -> DeployabilityRow:
     for circuits, foldings in packed(untwisted(search, max(1, math.ceil(total / limit)))):
         known = mobility_of_batch(circuits, foldings, np.zeros(len(foldings), np.int16))
         moves = motions_of_batch(circuits, foldings, (known.locked, known.locked_hinged), SCENE, threads=2)
-        judged = deploy_foldings(circuits, foldings, known.locked, moves.met, SCENE, threads=2)
+        judged = deploy_foldings(circuits, foldings, known.locked, moves.met, SCENE)
         tally.update(_helped(judged, moves, known))
         tally["tight"] += int((moves.margin <= CERTIFIED_MARGINS[0]).sum())
         able = judged.deploys | moves.moves

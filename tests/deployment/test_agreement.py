@@ -11,10 +11,12 @@ from hcsearch.designs.folding import Folding, folding_of
 from hcsearch.scenes import SCENES
 from hcsearch.springs.deployment.agreement import (
     LOOSE_STATES_SHARE,
+    SimulatedCheck,
     SimulationFindings,
     agreement_of_simulations,
     agreement_tolerances,
     confirm_deployment,
+    simulations_to_confirm,
 )
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 
@@ -125,6 +127,29 @@ def test_motions_along_branches_of_singular_states_are_found(name, crease, verdi
     assert agreement.verdict == verdict
     assert agreement.reason.startswith("branch-singular: ") == (verdict == "undecided")
     assert len(agreement.others) == 2
+
+
+def test_what_the_tightest_tolerance_confirms_is_simulated_no_further():
+    linkage = Folding.from_notation("hex:0234550132:4").linkage()
+    exact, rough = (simulate_deployment(linkage, SCENES["default"], tolerance=at) for at in (1e-6, 1e-3))
+    assert rough.outcome == "flat"
+    assert exact.motion.events
+    smooth, rough = (replace(one, motion=replace(one.motion, events=())) for one in (exact, rough))
+
+    def tolerances(*outcomes, first=smooth):
+        """The tolerances of all simulations; outcomes : at 1e-8 and at 1e-7."""
+        endings = iter(outcomes)
+
+        def simulated(tolerance):
+            return SimulatedCheck(tolerance, replace(exact.check, outcome=next(endings)), exact)
+
+        start = SimulatedCheck(1e-6, first.check, first)
+        return [simulation.tolerance for simulation in simulations_to_confirm(start, simulated)]
+
+    assert tolerances("flat") == pytest.approx([1e-6, 1e-8])
+    assert tolerances("jammed", "flat") == pytest.approx([1e-6, 1e-7, 1e-8])
+    assert tolerances("flat", "flat", first=exact) == pytest.approx([1e-6, 1e-7, 1e-8])
+    assert tolerances("flat", "flat", first=rough) == pytest.approx([1e-6, 1e-7, 1e-8])
 
 
 def test_what_does_not_come_flat_is_not_simulated_again():

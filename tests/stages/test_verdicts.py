@@ -68,7 +68,7 @@ def tens():
     own = candidates_of(shard_of("hex", 10)[1])
     locks = own.mobility.locked, own.mobility.locked_hinged
     motion = motions_of_batch(own.circuits, own.foldings, locks, DEFAULT, threads=2)
-    return own, motion, deploy_foldings(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT, threads=2)
+    return own, motion, deploy_foldings(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT)
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,7 @@ def test_without_a_path_a_folding_gets_the_first_look_alone(tens):
     for trial in deployments.trials:
         assert motion.met[trial.folding] or trial.scene == "default"
     none = np.zeros(len(own.foldings), bool)
-    brief = deploy_foldings(own.circuits, own.foldings, own.mobility.locked, none, DEFAULT, threads=2)
+    brief = deploy_foldings(own.circuits, own.foldings, own.mobility.locked, none, DEFAULT)
     first = tuple(trial for trial in deployments.trials if trial.scene == "default")
     assert brief.trials == first
     assert np.flatnonzero(brief.deploys).tolist() == [trial.folding for trial in first if trial.status == "deploys"]
@@ -206,8 +206,9 @@ def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
     one = next(trial.folding for trial in deployments.trials if trial.status == "deploys" and trial.scene != "default")
     alone = FoldingBatch(own.foldings.row[one : one + 1], own.foldings.crease[one : one + 1])
 
-    def jams(checks, tolerances):
-        return agreement_of_checks([*checks[:-1], replace(checks[-1], outcome="jammed")], tolerances)
+    def jams(simulations):
+        *others, last = simulations
+        return agreement_of_checks([*others, last._replace(check=replace(last.check, outcome="jammed"))])
 
     monkeypatch.setattr("hcsearch.springs.deployment.deployment_verdicts.agreement_of_checks", jams)
     again = deploy_foldings(own.circuits, alone, own.mobility.locked[one : one + 1], np.ones(1, bool), DEFAULT)
@@ -218,19 +219,23 @@ def test_what_deploys_at_one_tolerance_only_is_undecided(tens, monkeypatch):
     assert last.reason.startswith("branch-singular: flat at tolerance 1e-6, flat at 1e-7, jammed at 1e-8; ")
 
 
-def test_threads_and_how_many_are_held_in_memory_change_nothing(tens, monkeypatch):
+def test_which_foldings_are_tried_together_changes_nothing(tens):
     own, motion, deployments = tens
-    monkeypatch.setattr("hcsearch.springs.deployment.deployment_verdicts.FOLDINGS_IN_MEMORY", 7)
-    again = deploy_foldings(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT)
-    assert again.deploys.tolist() == deployments.deploys.tolist()
-    assert again.trials == deployments.trials
+    parts = []
+    for chosen in np.array_split(np.unique(own.foldings.row), 3):  # congruent foldings are of one design
+        numbers = np.flatnonzero(np.isin(own.foldings.row, chosen))
+        part = FoldingBatch(own.foldings.row[numbers], own.foldings.crease[numbers])
+        again = deploy_foldings(own.circuits, part, own.mobility.locked[numbers], motion.met[numbers], DEFAULT)
+        assert again.deploys.tolist() == deployments.deploys[numbers].tolist()
+        parts += [replace(trial, folding=int(numbers[trial.folding])) for trial in again.trials]
+    assert tuple(sorted(parts, key=lambda trial: trial.folding)) == deployments.trials
 
 
-def test_looks_end_after_so_much_work_on_any_number_of_threads(tens, monkeypatch):
+def test_looks_end_after_so_much_work(tens, monkeypatch):
     own, motion, deployments = tens
     monkeypatch.setattr("hcsearch.springs.deployment.deployment_verdicts.MAX_VARIANT_WORK", 20_000)
     given = own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT
-    one, two = (deploy_foldings(*given, threads=threads) for threads in (1, 2))
+    one, two = (deploy_foldings(*given) for _ in range(2))
     assert one.trials == two.trials
     assert not (one.deploys & ~deployments.deploys).any()
     assert 0 < one.deploys.sum() < deployments.deploys.sum()

@@ -312,6 +312,7 @@ def slack_of(linkage: Linkage, gap: float) -> float:
     return 2.0 * len(linkage.loops) * (longest_way(linkage) + linkage.pattern.size) * gap
 
 
+@lru_cache(maxsize=32)  # each of the motions of a linkage asks for it again
 def longest_way(linkage: Linkage) -> float:
     """An upper bound (m) of the distance between any two corners, however the hinges are folded.
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from hcsearch.springs.deployment.agreement import agreement_tolerances, simulated_at
+from hcsearch.springs.deployment.agreement import SimulatedCheck, simulated_at, tighter_simulations
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.error_estimates import (
     ErrorEstimates,
@@ -38,10 +39,12 @@ class DefaultErrors:
 def default_errors(compiled: CompiledScene, tolerance: float) -> DefaultErrors:
     """Simulate a scene at the default tolerance, at tighter ones and from a perturbed start, and estimate errors."""
     first = simulate_compiled(compiled, tolerance=tolerance)
-    others = simulated_at(compiled, agreement_tolerances(tolerance, compiled.formulation))
-    clearances = clearances_of([first, *others], first.play)
-    estimates = estimate_errors([first, *others], tolerance, clearances)
-    (turned,) = simulated_at(perturbed(compiled), (tolerance,), certified=False)
+    simulated = SimulatedCheck(tolerance, first.check, first)
+    others = tighter_simulations(simulated, partial(simulated_at, compiled), compiled.formulation)
+    deployments = [first, *(other.deployment for other in others if other.deployment is not None)]
+    estimates = estimate_errors(deployments, tolerance, clearances_of(deployments, first.play))
+    turned = simulated_at(perturbed(compiled), tolerance, certified=False).deployment
+    assert turned is not None
     return DefaultErrors(first, estimates, _parting(first, turned))
 
 

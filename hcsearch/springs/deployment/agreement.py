@@ -1,4 +1,4 @@
-"""Agreement of a deployment with simulations of it at tighter tolerances.
+"""Agreement of a deployment with a simulation of it at a tighter tolerance, and with a second one where they disagree.
 
 Where branches of motions cross, and where rounding determines the rank of the closure equations, a simulation follows
 one of several continuations, and hardly shows whether another one is as likely. Such a motion is branch-singular, in
@@ -8,21 +8,29 @@ whichever way it went here.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 from hcsearch.basics.vocabulary import Ending, Formulation, Verdict
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
-from hcsearch.springs.deployment.error_estimates import ErrorEstimates, clearances_of, estimate_errors
+from hcsearch.springs.deployment.error_estimates import (
+    SLOW_DISTANCE,
+    ErrorEstimates,
+    angle_distances,
+    clearances_of,
+    comparison_times,
+    estimate_errors,
+)
 from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck
 from hcsearch.springs.deployment.play import needed_margin_of
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
 from hcsearch.system.terminal import short_number
 
 TIGHTENING_FACTORS = (10.0, 100.0)
-"""Factors by which the other tolerances are tighter; where springs close the loops, the second takes too long."""
+"""Factors by which the other tolerances are tighter. The tightest confirms; the other one is for simulations that
+disagree. Where springs close the loops, a hundredth takes too long."""
 TIGHTEST_TOLERANCE = 1e-13
 """The tightest tolerance; where the others would be below it, they are looser by the same factors."""
 AGREEMENT_STEPS_FACTOR = 4
@@ -86,7 +94,7 @@ class Agreement:
 
 
 def agreement_tolerances(tolerance: float, formulation: Formulation = "constrained") -> tuple[float, ...]:
-    """Return the tolerances at which a deployment is simulated again."""
+    """Return the tolerances at which a deployment is simulated again, if the tightest does not confirm it."""
     shares = TIGHTENING_FACTORS[:1] if formulation in {"penalty", "compliant"} else TIGHTENING_FACTORS
     looser = tolerance / shares[-1] < 0.99 * TIGHTEST_TOLERANCE
     return tuple(tolerance * share if looser else tolerance / share for share in shares)
@@ -97,13 +105,60 @@ def is_doubtful(check: DeploymentCheck) -> bool:
     return check.outcome in _DOUBTFUL_ENDINGS or check.loose_share >= LOOSE_STATES_SHARE
 
 
-def tolerances_to_confirm(
-    check: DeploymentCheck, tolerance: float, formulation: Formulation = "constrained"
-) -> tuple[float, ...]:
-    """Return the tolerances at which a doubtful deployment is simulated again: none where its loops say enough."""
-    if check.outcome != "flat" and check.verdict != "collides" and check.loose_share >= LOOSE_STATES_SHARE:
-        return ()
-    return agreement_tolerances(tolerance, formulation)
+def loops_decide(check: DeploymentCheck) -> bool:
+    """Return whether open loops make a motion branch-singular, whatever others show."""
+    return check.verdict != "collides" and check.loose_share >= LOOSE_STATES_SHARE
+
+
+class SimulatedCheck(NamedTuple):
+    """The check of a deployment simulated at a tolerance, and its states, which are known where it becomes flat."""
+
+    tolerance: float
+    check: DeploymentCheck
+    deployment: Deployment | None
+
+
+def simulations_to_confirm(
+    first: SimulatedCheck, simulated: Callable[[float], SimulatedCheck], formulation: Formulation = "constrained"
+) -> list[SimulatedCheck]:
+    """Return a doubtful simulation with those that confirm it, or do not.
+
+    simulated : simulates the same at a tolerance. Where loops decide, others only estimate the error of a flat time.
+    """
+    if first.check.outcome != "flat" and loops_decide(first.check):
+        return [first]
+    return [first, *tighter_simulations(first, simulated, formulation)]
+
+
+def tighter_simulations(
+    first: SimulatedCheck, simulated: Callable[[float], SimulatedCheck], formulation: Formulation
+) -> list[SimulatedCheck]:
+    """Simulate again at the tightest tolerance, and unless this one agrees at another; the tightest comes last."""
+    others: list[SimulatedCheck] = []
+    for tolerance in sorted(agreement_tolerances(first.tolerance, formulation)):
+        others.insert(0, simulated(tolerance))
+        if _agree(first, others[0]):
+            break
+    return others
+
+
+def _agree(first: SimulatedCheck, other: SimulatedCheck) -> bool:
+    """Return whether two simulations become flat alike: with the same verdict, at times and by fold angles that agree.
+
+    Fold angles agree where they are so near that errors are known to fall with the tolerance. Where joints meet stops
+    or stick, two simulations may agree by chance, and rounding may decide how a motion ends at any tolerance.
+    """
+    one, two = first.check, other.check
+    if not one.outcome == two.outcome == "flat" or one.verdict != two.verdict:
+        return False
+    assert first.deployment is not None
+    assert other.deployment is not None
+    motion = first.deployment.motion
+    if motion.events or not _times_agree([one.end_time, two.end_time]):
+        return False
+    times = comparison_times(motion.times, min(one.end_time, two.end_time))
+    distance = float(angle_distances(first.deployment, other.deployment, times).max())
+    return distance <= SLOW_DISTANCE * first.tolerance
 
 
 def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agreement | None:
@@ -133,12 +188,12 @@ def agreement_of_simulations(simulations: Sequence[SimulationFindings]) -> Agree
 
 
 def simulated_at(
-    compiled: CompiledScene, tolerances: Sequence[float], *, method: str | None = None, certified: bool = True
-) -> list[Deployment]:
-    """Simulate a compiled scene at several tolerances, with as many steps as the tightest of an agreement may take."""
+    compiled: CompiledScene, tolerance: float, *, method: str | None = None, certified: bool = True
+) -> SimulatedCheck:
+    """Simulate a compiled scene at a tolerance, with as many steps as the tightest of an agreement may take."""
     steps = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS[compiled.formulation]
-    simulated = partial(simulate_compiled, compiled, method=method, certified=certified, max_steps=steps)
-    return [simulated(tolerance=tolerance) for tolerance in tolerances]
+    other = simulate_compiled(compiled, method=method, tolerance=tolerance, certified=certified, max_steps=steps)
+    return SimulatedCheck(tolerance, other.check, other)
 
 
 def confirm_deployment(
@@ -148,39 +203,46 @@ def confirm_deployment(
     if not is_doubtful(deployment.check):
         return None
     compiled, certified = deployment.compiled, deployment.clearance is not None
-    tolerances = tolerances_to_confirm(deployment.check, tolerance, compiled.formulation)
-    others = simulated_at(compiled, tolerances, method=method, certified=certified)
-    agreement = agreement_of_checks([other.check for other in (deployment, *others)], (tolerance, *tolerances))
+    first = SimulatedCheck(tolerance, deployment.check, deployment)
+    simulated = partial(simulated_at, compiled, method=method, certified=certified)
+    simulations = simulations_to_confirm(first, simulated, compiled.formulation)
+    agreement = agreement_of_checks(simulations)
     if agreement is None:
         return None
+    deployments = [simulation.deployment for simulation in simulations if simulation.deployment is not None]
     play = deployment.play if agreement.verdict == "deploys" else None
-    gaps = clearances_of([deployment, *others], play)
-    agreement = replace(agreement, errors=estimate_errors([deployment, *others], tolerance, gaps))
+    agreement = replace(agreement, errors=estimate_errors(deployments, tolerance, clearances_of(deployments, play)))
     if play is None:
         return agreement
     needed = play.needed_margin
-    for other in others:
+    for other in deployments[1:]:
         needed = needed_margin_of(compiled, other.motion, needed)
     return replace(agreement, needed_margin=needed, least_gap=play.least_gap)
 
 
-def agreement_of_checks(checks: Sequence[DeploymentCheck], tolerances: Sequence[float]) -> Agreement | None:
-    """Compare checks at several tolerances, as `agreement_of_simulations` does."""
-    pairs = zip(checks, tolerances, strict=True)
+def agreement_of_checks(simulations: Sequence[SimulatedCheck]) -> Agreement | None:
+    """Compare simulations at several tolerances, as `agreement_of_simulations` does."""
     return agreement_of_simulations(
-        [SimulationFindings(at, check.outcome, check.verdict, check.end_time, check.loose_share) for check, at in pairs]
+        [
+            SimulationFindings(at, check.outcome, check.verdict, check.end_time, check.loose_share)
+            for at, check, _ in simulations
+        ]
     )
 
 
 def _flat(simulations: Sequence[SimulationFindings]) -> tuple[float | None, str]:
     """Return the common flat time of simulations, s, and a sentence; None where the times differ by over a tenth."""
     times = [simulation.time for simulation in simulations]
-    if max(times) - min(times) > FLAT_TIME_TOLERANCE * sum(times) / len(times):
+    if not _times_agree(times):
         return None, "flat, at a time on which tolerances disagree by more than a tenth"
     time, digits = _common(times)
     if digits.startswith("about"):
         digits += f" ({_each(simulations, [f'{short_number(one.time, 2)} s' for one in simulations])})"
     return time, f"flat after {digits}"
+
+
+def _times_agree(times: Sequence[float]) -> bool:
+    return max(times) - min(times) <= FLAT_TIME_TOLERANCE * sum(times) / len(times)
 
 
 def _common(times: Sequence[float]) -> tuple[float, str]:

@@ -9,10 +9,9 @@ the faces or the stacks, so that panels open one after the other, and with sets 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 import numpy as np
 
@@ -28,27 +27,21 @@ from hcsearch.shape.labels import labels_of
 from hcsearch.springs.deployment.agreement import (
     AGREEMENT_STEPS_FACTOR,
     Agreement,
+    SimulatedCheck,
     agreement_of_checks,
-    agreement_tolerances,
     is_doubtful,
-    tolerances_to_confirm,
+    loops_decide,
+    simulations_to_confirm,
 )
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
 from hcsearch.springs.deployment.error_estimates import estimate_errors
 from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck, methods_of
 from hcsearch.springs.deployment.play import Play, needed_margin_of, play_of_deployment
-from hcsearch.springs.deployment.quick_check import (
-    MAX_SCENES_PER_CALL,
-    CheckedPanels,
-    check_deployments,
-    check_with_motion,
-    checked_panels_of,
-)
+from hcsearch.springs.deployment.quick_check import CheckedMotion, CheckedPanels, check_motion, checked_panels_of
 from hcsearch.springs.deployment.saved_work import saved_share
-from hcsearch.springs.deployment.simulated_deployment import Deployment, deployment_of_motion, simulate_compiled
+from hcsearch.springs.deployment.simulated_deployment import deployment_of_motion
 from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from hcsearch.springs.dynamics.integration_methods import methods_text
-from hcsearch.springs.dynamics.time_integration import Motion
 
 MAX_VARIANT_WORK = 5_000_000
 """Evaluations times panels after which no more variants of a folding are tried, so that large arrays do not take most
@@ -57,17 +50,12 @@ flat none is lost by this limit; a fifth of it loses 4 of 17 of these triangles.
 VERDICT_TOLERANCE = 1e-6
 """Tolerance of all trials; deployments are simulated at tighter ones, too. A looser tolerance for variants would miss
 some motions that this one finds, and takes nine tenths of the time."""
-FOLDINGS_IN_MEMORY = 256
-"""Number of foldings whose scenes are held in memory together."""
-TriedVariant = tuple[int, SceneVariant]
-TriedScene = tuple[CompiledScene, CheckedPanels]
-TriedScenes = dict[TriedVariant, TriedScene]
-CheckedMotion = tuple[DeploymentCheck, Motion]
-TrialChecks = dict[TriedVariant, DeploymentCheck]
+MAX_CONFIRMING_STEPS = AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS["constrained"]
+"""Greatest number of steps of a simulation at a tighter tolerance."""
 
 
 def deploy_foldings(
-    circuits: CircuitBatch, foldings: FoldingBatch, locked: Flags, moves: Flags, scene: Scene, threads: int = 1
+    circuits: CircuitBatch, foldings: FoldingBatch, locked: Flags, moves: Flags, scene: Scene
 ) -> DeploymentBatch:
     """Deploy a batch of untwisted foldings in a scene.
 
@@ -77,126 +65,85 @@ def deploy_foldings(
     springs bring flat have a path.
     A folding deploys if it becomes flat and is certified clear at several tolerances.
     """
-    return _Verdicts(circuits, foldings, locked, moves, scene, threads).run()
+    return _Verdicts(circuits, foldings, locked, moves, scene).run()
 
 
 class _Verdicts:
     """The computation of the verdicts on a batch; foldings are numbers in the batch."""
 
     def __init__(
-        self, circuits: CircuitBatch, foldings: FoldingBatch, locked: Flags, moves: Flags, scene: Scene, threads: int
+        self, circuits: CircuitBatch, foldings: FoldingBatch, locked: Flags, moves: Flags, scene: Scene
     ) -> None:
         self.scene, self.panel = scene, panel_of(scene, circuits.grid)
         self.variants = scene_variants(scene)
         self.foldings = {i: folding_at(circuits, foldings, i) for i in range(len(foldings))}
         self.congruent = self._congruent_foldings(foldings.row.tolist())
         self.moves = moves
-        self.n_foldings, self.threads = len(foldings), threads
         # the proof is for rigid pairs, and does not apply to a scene in which they are hinged
         self.locked = {i for i in self.foldings if locked[i] and scene.flat_pairs != ("hinged",)}
         self.compiled: dict[tuple[int, Way], CompiledScene] = {}
-        self.screens: dict[tuple[int, Way], CheckedPanels] = {}
         self.deploys: dict[int, Trial] = {}
         self.as_written: dict[int, Trial] = {}
         self.disputed: dict[int, Trial] = {}
-        self.evaluations_spent = np.zeros(self.n_foldings, np.int64)
 
     def run(self) -> DeploymentBatch:
-        numbers = list(self.congruent)
-        for start in range(0, len(numbers), FOLDINGS_IN_MEMORY):
-            self._try_foldings(numbers[start : start + FOLDINGS_IN_MEMORY])
+        for i in self.congruent:
+            self._try_folding(i)
             self.compiled.clear()
-            self.screens.clear()
-        clearance, time, margin, gap = np.full((4, self.n_foldings), np.nan)
+        clearance, time, margin, gap = np.full((4, len(self.foldings)), np.nan)
         for i, trial in self.deploys.items():
             clearance[i], time[i] = trial.clearance, trial.deploy_time
             margin[i], gap[i] = trial.needed_margin, trial.least_gap
         trials = [trial for i in self.foldings for trial in self._trials(i)]
         return DeploymentBatch(clearance, time, margin, gap, tuple(trials))
 
-    def _try_foldings(self, foldings: list[int]) -> None:
-        """Try foldings until they deploy, variant by variant, or as many variants at once as occupy all threads."""
-        as_written, *others = self.variants
-        self._try_variants((as_written,), foldings)
-        while others and (remaining := [i for i in foldings if self._needs_more_trials(i)]):
-            # a single thread tries no variant that an earlier one makes needless
-            batch = 1 if self.threads == 1 else math.ceil(self.threads * MAX_SCENES_PER_CALL / len(remaining))
-            self._try_variants(others[:batch], remaining)
-            others = others[batch:]
+    def _try_folding(self, i: int) -> None:
+        """Try a folding in one variant after the other until it deploys, or enough work is done."""
+        work, screens = 0, dict[Way, CheckedPanels]()
+        for variant in self.variants:
+            if not variant.as_written and (i in self.deploys or not self.moves[i] or work >= MAX_VARIANT_WORK):
+                return
+            if not self._can_be_tried(i, variant):
+                continue
+            scene = self._compiled(i, variant)
+            if variant.pairs not in screens:
+                screens[variant.pairs] = checked_panels_of(scene)
+            panels = screens[variant.pairs]
+            found = check_motion(scene, panels, tolerance=VERDICT_TOLERANCE, past_collisions=variant.as_written)
+            check, agreement = found.check, None
+            if check.deploys or (variant.as_written and check.outcome != "flat" and is_doubtful(check)):
+                agreement = self._agreement(scene, panels, found)
+            self._record_trial(i, variant, scene, check, agreement)
+            work += 0 if variant.as_written else check.evaluations * self.foldings[i].circuit.n
 
-    def _needs_more_trials(self, i: int) -> bool:
-        return i not in self.deploys and bool(self.moves[i]) and self.evaluations_spent[i] < MAX_VARIANT_WORK
+    def _agreement(self, scene: CompiledScene, panels: CheckedPanels, found: CheckedMotion) -> Agreement | None:
+        """Compare a check that is doubtful with those at other tolerances.
 
-    def _try_variants(self, variants: Sequence[SceneVariant], foldings: list[int]) -> None:
-        """Try variants at foldings; the first variant that deploys counts."""
-        tried = [(i, variant) for variant in variants for i in foldings if self._can_be_tried(i, variant)]
-        scenes = {(i, variant): (self._compiled(i, variant), self.screens[i, variant.pairs]) for i, variant in tried}
-        checks = self._check(scenes, {"tolerance": VERDICT_TOLERANCE, "past_collisions": variants[0].as_written})
-        agreements = self._agreed(scenes, checks)
-        for (i, variant), check in checks.items():
-            if variant.as_written or self._needs_more_trials(i):  # as if the variants had been tried one by one
-                self._record_trial(i, variant, scenes[i, variant][0], check, agreements.get((i, variant)))
-                self.evaluations_spent[i] += 0 if variant.as_written else check.evaluations * self.foldings[i].circuit.n
-
-    def _check(self, scenes: TriedScenes, options: dict[str, Any]) -> TrialChecks:
-        compiled, screens = [scene for scene, _ in scenes.values()], [panels for _, panels in scenes.values()]
-        checks = check_deployments(compiled, screens=screens, threads=self.threads, **options)
-        return dict(zip(scenes, checks, strict=True))
-
-    def _agreed(self, scenes: TriedScenes, checks: TrialChecks) -> dict[TriedVariant, Agreement]:
-        """Return the agreement at other tolerances of all trials that deploy, and of doubtful ones as written."""
-        deploying = {tried: scenes[tried] for tried, check in checks.items() if check.deploys}
-        firsts = {tried: _first_motion(compiled) for tried, (compiled, _) in deploying.items()}
-        plays = {k: play_of_deployment(first.compiled, first.motion) for k, first in firsts.items()}
-        # motions that are clear with the margin that the first one needs are clear with the scene's
-        tight = {k: (scene, checked_panels_of(scene, plays[k].needed_margin)) for k, (scene, _) in deploying.items()}
-        others = self._check_with_motions(tight)
-        agreements = {
-            k: self._agreement(k, scene, checks[k], others[k], firsts[k], plays[k]) for k, scene in deploying.items()
-        }
-        for (i, variant), check in checks.items():
-            if variant.as_written and check.outcome != "flat" and is_doubtful(check):
-                tried = {(i, variant): scenes[i, variant]}
-                tolerances = tolerances_to_confirm(check, VERDICT_TOLERANCE)
-                checked = [check, *(self._check(tried, _as_near(tolerance))[i, variant] for tolerance in tolerances)]
-                agreement = agreement_of_checks(checked, (VERDICT_TOLERANCE, *tolerances))
-                if agreement is not None:
-                    agreements[i, variant] = agreement
-        return agreements
-
-    def _check_with_motions(self, scenes: TriedScenes) -> dict[TriedVariant, list[CheckedMotion]]:
-        """Check scenes at the other tolerances of an agreement."""
-        tolerances = agreement_tolerances(VERDICT_TOLERANCE)
-        calls = [(*tried, tolerance) for tried in scenes.values() for tolerance in tolerances]
-        with ThreadPoolExecutor(self.threads) as pool:  # the kernel releases the global interpreter lock
-            checked = list(pool.map(lambda call: check_with_motion(call[0], call[1], **_as_near(call[2])), calls))
-        count = len(tolerances)
-        return {tried: checked[k * count : (k + 1) * count] for k, tried in enumerate(scenes)}
-
-    def _agreement(
-        self,
-        tried: TriedVariant,
-        scene: TriedScene,
-        check: DeploymentCheck,
-        others: Sequence[CheckedMotion],
-        first: Deployment,
-        play: Play,
-    ) -> Agreement:
-        """Compare a check that deploys with those at other tolerances, made with the margin that the first one needs.
-
-        Those that are not clear with it are checked again with the scene's margin, and may need more. first : the first
-        one with its states.
+        Where it deploys, these are made with the margin that it needs: motions that are clear with it are clear with
+        the scene's. Those that are not are checked again with the scene's margin, and may need more.
         """
-        tolerances, needed, checks = agreement_tolerances(VERDICT_TOLERANCE), play.needed_margin, [check]
-        for tolerance, (other, motion) in zip(tolerances, others, strict=True):
-            checks.append(other)
-            if other.outcome == "flat" and not other.deploys:
-                checks[-1] = self._check({tried: scene}, _as_near(tolerance))[tried]
-                if checks[-1].deploys:
-                    needed = needed_margin_of(scene[0], motion, needed)
-        agreement = agreement_of_checks(checks, (VERDICT_TOLERANCE, *tolerances))
+        first = _simulated(scene, VERDICT_TOLERANCE, found)
+        if loops_decide(found.check):
+            return agreement_of_checks([first])
+        if found.motion is None:
+            return agreement_of_checks(simulations_to_confirm(first, partial(_checked_at, scene, panels)))
+        play = play_of_deployment(scene, found.motion)
+        needed, tight = play.needed_margin, checked_panels_of(scene, play.needed_margin)
+
+        def simulated(tolerance: float) -> SimulatedCheck:
+            nonlocal needed
+            other = _checked_at(scene, tight, tolerance)
+            if other.deployment is None or other.check.deploys:
+                return other
+            check = _checked_at(scene, panels, tolerance).check
+            if check.deploys:
+                needed = needed_margin_of(scene, other.deployment.motion, needed)
+            return other._replace(check=check)
+
+        simulations = simulations_to_confirm(first, simulated)
+        agreement = agreement_of_checks(simulations)
         assert agreement is not None  # as the first is flat
-        deployments = [first, *(deployment_of_motion(scene[0], motion, 0.0, certified=False) for _, motion in others)]
+        deployments = [simulation.deployment for simulation in simulations if simulation.deployment is not None]
         errors = estimate_errors(deployments, VERDICT_TOLERANCE, figures=False)
         return replace(agreement, needed_margin=needed, least_gap=play.least_gap, errors=errors)
 
@@ -229,8 +176,6 @@ class _Verdicts:
             linkage = self.foldings[i].linkage(self.panel, flat_pairs=variant.pairs)
             self.compiled[key] = compile_scene(linkage, self.scene, keep=frozenset({"stops"}))
         compiled = self.compiled[key]
-        if key not in self.screens:
-            self.screens[key] = checked_panels_of(compiled)
         compiled = replace(compiled, setup=setup_of_variant(compiled.setup, self.scene, variant))
         if variant.springs:
             compiled = with_springs(compiled, springs_of(self.foldings[i], self.panel, compiled, variant.springs))
@@ -321,11 +266,15 @@ class _Verdicts:
             yield deploying
 
 
-def _first_motion(compiled: CompiledScene) -> Deployment:
-    """Return the first motion of an agreement, simulated again as checks of many scenes keep no states."""
-    return simulate_compiled(compiled, tolerance=VERDICT_TOLERANCE, certified=False)
+def _checked_at(scene: CompiledScene, panels: CheckedPanels, tolerance: float) -> SimulatedCheck:
+    """Check a scene at another tolerance."""
+    return _simulated(
+        scene, tolerance, check_motion(scene, panels, tolerance=tolerance, max_steps=MAX_CONFIRMING_STEPS)
+    )
 
 
-def _as_near(tolerance: float) -> dict[str, Any]:
-    """Return the options of a check at another tolerance."""
-    return {"tolerance": tolerance, "max_steps": AGREEMENT_STEPS_FACTOR * MAX_DEPLOYMENT_STEPS["constrained"]}
+def _simulated(scene: CompiledScene, tolerance: float, found: CheckedMotion) -> SimulatedCheck:
+    check, motion = found
+    return SimulatedCheck(
+        tolerance, check, None if motion is None else deployment_of_motion(scene, motion, certified=False)
+    )

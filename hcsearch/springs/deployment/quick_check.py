@@ -1,12 +1,11 @@
-"""Quick checks of many deployments, simulated and certified together in calls of compiled code."""
+"""Quick checks of many deployments, each simulated and certified in one call of compiled code."""
 
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import finite_or_none
 from hcsearch.kernels.collision.clearance_search import MOTION_CLEAR, MOTION_COLLIDES
 from hcsearch.kernels.deployment_batch import CheckFindings, CheckingRules, SceneTables, check_foldings
-from hcsearch.kernels.multibody.recording import SimulationRecord
 from hcsearch.motion.collision.panel_prisms import Solids, collision_solids, resolution_of, slack_of
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.outcomes import (
@@ -34,10 +32,8 @@ from hcsearch.springs.dynamics.time_integration import (
     record_for,
 )
 
-MAX_SCENES_PER_CALL = 16
-"""Greatest number of scenes in one call of the kernel, so that threads end together and tables need little memory."""
-MAX_SCENE_TABLE_BYTES, MAX_MOTION_RECORD_BYTES = 2**28, 2**29
-"""Greatest size in bytes of the tables of the scenes in one call, and of the record of one motion."""
+MAX_MOTION_RECORD_BYTES = 2**29
+"""Greatest size in bytes of the record of a motion."""
 
 
 class CheckedPanels(NamedTuple):
@@ -58,74 +54,91 @@ def checked_panels_of(compiled: CompiledScene, margin: float | None = None) -> C
     return CheckedPanels(solids, slack_of(linkage, 1.0))
 
 
+class CheckedMotion(NamedTuple):
+    """A check of a deployment, and its motion with all states, where it becomes flat."""
+
+    check: DeploymentCheck
+    motion: Motion | None
+
+
+class CheckOptions(TypedDict, total=False):
+    """Options of a check.
+
+    past_collisions : whether a motion that collides is followed to its end, too; not needed to find clear ones.
+    max_steps : unless given those of `deploy`.
+    """
+
+    tolerance: float
+    past_collisions: bool
+    max_steps: int | None
+
+
 def check_deployments(
     scenes: Sequence[CompiledScene],
     *,
     screens: Sequence[CheckedPanels] | None = None,
+    threads: int = 1,
+    **options: Unpack[CheckOptions],
+) -> list[DeploymentCheck]:
+    """Check compiled scenes; screens : the panels of each scene, if known; else they are shrunk by its own margin."""
+
+    def run(compiled: CompiledScene, panels: CheckedPanels) -> DeploymentCheck:
+        return check_motion(compiled, panels, **options).check
+
+    if screens is None:
+        screens = [checked_panels_of(compiled) for compiled in scenes]
+    with ThreadPoolExecutor(threads) as pool:  # the kernel releases the global interpreter lock
+        return list(pool.map(run, scenes, screens))
+
+
+def check_motion(
+    compiled: CompiledScene,
+    panels: CheckedPanels,
+    *,
     tolerance: float = 1e-6,
     past_collisions: bool = True,
     max_steps: int | None = None,
-    threads: int = 1,
-) -> list[DeploymentCheck]:
-    """Check compiled scenes; those whose tables have the same shapes are passed to the kernel together.
-
-    screens : the panels of each scene, if known; else they are shrunk by its own margin. past_collisions : whether
-        motions that collide are followed to the end, too; not needed to find clear ones. max_steps : of each scene,
-        unless given those of `deploy`.
-    Scenes must be `constrained` or `compliant`, with a panel held.
-    """
-    groups: dict[Any, list[int]] = defaultdict(list)
-    if screens is None:
-        screens = [checked_panels_of(compiled) for compiled in scenes]
-    subjects = [_subject(compiled, panels) for compiled, panels in zip(scenes, screens, strict=True)]
-    for i, (compiled, panels, subject) in enumerate(zip(scenes, screens, subjects, strict=True)):
-        setup, exactness = compiled.setup, _exactness(compiled, panels)
-        key = (compiled.formulation, compiled.seconds, setup.restitution, setup.cut_stiffness, setup.cut_damping)
-        groups[(exactness, *key, *_shapes(subject))].append(i)
-    calls = []
-    for key, members in groups.items():
-        batch = max(1, min(MAX_SCENES_PER_CALL, MAX_SCENE_TABLE_BYTES // _bytes(subjects[members[0]])))
-        calls += [(key[0], members[k : k + batch]) for k in range(0, len(members), batch)]
-
-    def run(call: tuple[tuple[float, float], list[int]]) -> list[DeploymentCheck]:
-        exactness, members = call
-        batch_scenes = [scenes[i] for i in members]
-        record = _record(batch_scenes[0], max_steps)
-        return _run(batch_scenes, [subjects[i] for i in members], tolerance, exactness, past_collisions, record)
-
-    checks: dict[int, DeploymentCheck] = {}
-    with ThreadPoolExecutor(threads) as pool:  # the kernel releases the global interpreter lock
-        for (_, members), rows in zip(calls, pool.map(run, calls), strict=True):
-            checks.update(zip(members, rows, strict=True))
-    return [checks[i] for i in range(len(scenes))]
-
-
-def check_with_motion(
-    compiled: CompiledScene, screen: CheckedPanels, *, tolerance: float, max_steps: int | None = None
-) -> tuple[DeploymentCheck, Motion]:
-    """Check a compiled scene as `check_deployments` does, and return its motion, too."""
-    record = _record(compiled, max_steps)
-    subjects, exactness = [_subject(compiled, screen)], _exactness(compiled, screen)
-    (check,) = _run([compiled], subjects, tolerance, exactness, past_collisions=True, record=record)
-    return check, motion_of_record(record, compiled.system, methods_of(compiled.formulation))
-
-
-def _exactness(compiled: CompiledScene, screen: CheckedPanels) -> tuple[float, float]:
-    """Return margin and resolution of a check, m; HcsearchError for a scene of which there is none."""
-    setup = compiled.setup
+) -> CheckedMotion:
+    """Check a compiled scene; it must be `constrained` or `compliant`, with a panel held."""
+    setup, system = compiled.setup, compiled.system
     if setup.hold_downs or setup.law_times:
         raise HcsearchError("the quick check is of scenes without hold-downs and laws in time: leave them out")
     if compiled.formulation not in {"constrained", "compliant"} or setup.free:
         raise HcsearchError("the quick check is of scenes with a panel held, constrained or compliant")
-    return screen.solids.margin, resolution_of(compiled.linkage)
-
-
-def _record(compiled: CompiledScene, max_steps: int | None) -> SimulationRecord:
-    """Allocate a record of a motion."""
-    n_joints = compiled.system.n_joints
-    state_bytes = 3 * 8 * n_joints  # bytes of the angles, rates and accelerations of a state
+    plan = plan_for(
+        system,
+        end=compiled.seconds,
+        tolerance=tolerance,
+        restitution=setup.restitution,
+        flat=FLAT_FOLD_ANGLE,
+        rest=REST_ANGLE_TOLERANCE,
+    )
+    methods = methods_of(compiled.formulation)
+    method, stiff_method = map(method_named, methods)
+    m = system.mechanism
+    springs = m.struts, m.cuts, m.closure_stiffness, m.closure_damping
+    exactness = panels.solids.margin, resolution_of(compiled.linkage)
+    rules = CheckingRules(method, stiff_method, plan, *springs, *exactness, past_collisions)
+    state_bytes = 3 * 8 * system.n_joints  # bytes of the angles, rates and accelerations of a state
     most = max_steps or MAX_DEPLOYMENT_STEPS[compiled.formulation]
-    return record_for(n_joints, min(most, max(1, MAX_MOTION_RECORD_BYTES // state_bytes)))
+    record = record_for(system.n_joints, min(most, max(1, MAX_MOTION_RECORD_BYTES // state_bytes)))
+    findings = CheckFindings(
+        endings=np.zeros(1, np.int64),
+        stiff_times=np.zeros(1),
+        verdicts=np.zeros(1, np.int64),
+        pairs=np.zeros(1, np.int64),
+        counts=np.zeros((1, 4), np.int64),
+        times=np.zeros((1, 2)),
+        gaps=np.zeros(1),
+        speeds=np.zeros(1),
+        remaining_angles=np.zeros((1, 3)),
+        energy_drifts=np.zeros(1),
+        closure_residuals=np.zeros(1),
+        open_state_shares=np.zeros(1),
+    )
+    check_foldings(_stacked(_subject(compiled, panels)), rules, record, findings)
+    check = _check(compiled, panels, findings)
+    return CheckedMotion(check, motion_of_record(record, system, methods) if check.outcome == "flat" else None)
 
 
 def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
@@ -145,92 +158,36 @@ def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
     )
 
 
-def _run(
-    scenes: list[CompiledScene],
-    subjects: list[SceneTables],
-    tolerance: float,
-    exactness: tuple[float, float],
-    past_collisions: bool,
-    record: SimulationRecord,
-) -> list[DeploymentCheck]:
-    """Check scenes whose tables have the same shapes; the record then is that of the last one.
-
-    exactness : margin and resolution, m.
-    """
-    first, count = scenes[0], len(scenes)
-    system, setup = first.system, first.setup
-    plan = plan_for(
-        system,
-        end=first.seconds,
-        tolerance=tolerance,
-        restitution=setup.restitution,
-        flat=FLAT_FOLD_ANGLE,
-        rest=REST_ANGLE_TOLERANCE,
-    )
-    method, stiff_method = map(method_named, methods_of(first.formulation))
-    m = system.mechanism
-    springs = m.struts, m.cuts, m.closure_stiffness, m.closure_damping
-    rules = CheckingRules(method, stiff_method, plan, *springs, *exactness, past_collisions)
-    findings = CheckFindings(
-        endings=np.zeros(count, np.int64),
-        stiff_times=np.zeros(count),
-        verdicts=np.zeros(count, np.int64),
-        pairs=np.zeros(count, np.int64),
-        counts=np.zeros((count, 4), np.int64),
-        times=np.zeros((count, 2)),
-        gaps=np.zeros(count),
-        speeds=np.zeros(count),
-        remaining_angles=np.zeros((count, 3)),
-        energy_drifts=np.zeros(count),
-        closure_residuals=np.zeros(count),
-        open_state_shares=np.zeros(count),
-    )
-    check_foldings(_stacked(subjects), rules, record, findings)
-    return [_check(scenes[i], subjects[i], findings, i) for i in range(count)]
-
-
-def _check(compiled: CompiledScene, subject: SceneTables, findings: CheckFindings, i: int) -> DeploymentCheck:
-    verdict, gap = int(findings.verdicts[i]), float(findings.gaps[i])
+def _check(compiled: CompiledScene, panels: CheckedPanels, findings: CheckFindings) -> DeploymentCheck:
+    """Return the check of a scene with its findings."""
+    verdict, gap = int(findings.verdicts[0]), float(findings.gaps[0])
     collision = None
     if verdict == MOTION_COLLIDES:
-        first, second = sorted(compiled.linkage.pattern.panel_of[f] for f in subject.pairs.prisms[findings.pairs[i]])
-        collision = (float(findings.times[i, 1]), (first, second))
-    states, evaluations, _, looks = (int(number) for number in findings.counts[i])
+        prisms = panels.solids.pairs.prisms[findings.pairs[0]]
+        first, second = sorted(compiled.linkage.pattern.panel_of[prism] for prism in prisms)
+        collision = (float(findings.times[0, 1]), (first, second))
+    states, evaluations, _, looks = (int(number) for number in findings.counts[0])
+    remaining, end_remaining, widest = map(float, findings.remaining_angles[0])
     return DeploymentCheck(
-        outcome_of(SIMULATION_STOPS[int(findings.endings[i])]),
-        float(findings.times[i, 0]),
-        {MOTION_CLEAR: True, MOTION_COLLIDES: False}.get(verdict),
-        collision,
-        finite_or_none(gap),
-        float(findings.speeds[i]),
-        float(findings.remaining_angles[i, 0]),
-        float(findings.remaining_angles[i, 1]),
-        math.pi * float(findings.remaining_angles[i, 2]),
-        float(findings.energy_drifts[i]),
-        float(findings.closure_residuals[i]),
-        states - 1,
-        evaluations,
-        looks,
-        float(findings.open_state_shares[i]),
-        float(findings.stiff_times[i]),
+        outcome=outcome_of(SIMULATION_STOPS[int(findings.endings[0])]),
+        end_time=float(findings.times[0, 0]),
+        clear={MOTION_CLEAR: True, MOTION_COLLIDES: False}.get(verdict),
+        collision=collision,
+        gap=finite_or_none(gap),
+        speed=float(findings.speeds[0]),
+        remaining=remaining,
+        end_remaining=end_remaining,
+        widest=math.pi * widest,
+        drift=float(findings.energy_drifts[0]),
+        opening=float(findings.closure_residuals[0]),
+        steps=states - 1,
+        evaluations=evaluations,
+        looks=looks,
+        loose_share=float(findings.open_state_shares[0]),
+        stiff_time=float(findings.stiff_times[0]),
     )
 
 
-def _bytes(value: Any) -> int:
-    """Return the size in bytes of all tables of nested tuples."""
-    return sum(map(_bytes, value)) if isinstance(value, tuple) else int(np.asarray(value).nbytes)
-
-
-def _shapes(value: Any) -> tuple[Any, ...]:
-    """Return the shapes of all tables of nested tuples."""
-    if isinstance(value, tuple):
-        return tuple(shape for part in value for shape in _shapes(part))
-    return (np.shape(value),)
-
-
-def _stacked(values: Sequence[Any]) -> Any:
-    """Stack nested tuples of arrays of the same shapes along a new leading axis."""
-    first: NamedTuple | Any = values[0]
-    if isinstance(first, tuple):
-        return type(first)(*(_stacked(parts) for parts in zip(*values, strict=True)))
-    return np.stack([np.asarray(value) for value in values])
+def _stacked(value: Any) -> Any:
+    """Return nested tuples of arrays with a leading axis."""
+    return type(value)(*map(_stacked, value)) if isinstance(value, tuple) else np.asarray(value)[None]
