@@ -16,7 +16,7 @@ from hcsearch.cli.options import FiniteNumber, examples_epilog, json_option
 from hcsearch.cli.progress import ProgressMeter
 from hcsearch.system.figures import check_picture
 from hcsearch.system.outputs import TABLE_SUFFIXES, check_output, write_table
-from hcsearch.system.terminal import short_number
+from hcsearch.system.terminal import short_number, tolerance_text
 
 if TYPE_CHECKING:
     from hcsearch.springs.accuracy.measured_accuracy import MeasuredAccuracy
@@ -233,7 +233,7 @@ def _print_rows(work: FormulationWork) -> None:
         rows = [row for row in work.rows if row.method == method]
         lines += [_cells(row, work) for row in rows if row.outcome is not None]
         if untried := [row for row in rows if row.outcome is None]:
-            tolerances = _power(untried[0].tolerance) + (" on" if len(untried) > 1 else "")
+            tolerances = tolerance_text(untried[0].tolerance) + (" on" if len(untried) > 1 else "")
             mark = "> " if any(row.default for row in untried) else "  "
             lines.append((mark + method, tolerances, untried[0].note))
     _print_aligned(lines)
@@ -254,7 +254,7 @@ def _cells(row: WorkRow, work: FormulationWork) -> tuple[str, ...]:
     angle = f"< {doubt:.1e}" if row.below and doubt else _number(row.angle_error)
     return (
         ("> " if row.default else "  ") + row.method,
-        _power(row.tolerance),
+        tolerance_text(row.tolerance),
         angle,
         _number(row.time_error),
         _number(row.drift),
@@ -267,10 +267,6 @@ def _cells(row: WorkRow, work: FormulationWork) -> tuple[str, ...]:
 
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.1e}"
-
-
-def _power(tolerance: float) -> str:
-    return f"{tolerance:.0e}".replace("e-0", "e-")
 
 
 def _cheapest_sentence(measured: MeasuredAccuracy) -> str:

@@ -24,6 +24,11 @@ def short_number(value: float, digits: int = 4) -> str:
     return f"{float(text):.0f}" if "e+" in text and abs(value) < MAX_PLAIN_NUMBER else text
 
 
+def tolerance_text(tolerance: float) -> str:
+    """Format a tolerance to one digit with its exponent, such as 1e-6."""
+    return f"{tolerance:.0e}".replace("e-0", "e-")
+
+
 def duration_text(seconds: float) -> str:
     """Format a duration in a suitable unit, to two digits."""
     for unit, size in (("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0)):

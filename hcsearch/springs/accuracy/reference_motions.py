@@ -17,6 +17,7 @@ from hcsearch.basics.vocabulary import Ending, Integrator
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.error_estimates import angle_distances, comparison_times, parting_time
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled
+from hcsearch.system.terminal import tolerance_text
 
 ReferenceSettings = tuple[tuple[Integrator, float], ...]
 """Methods and tolerances of a reference; the first one that comes to an end is taken."""
@@ -58,7 +59,7 @@ class ReferenceRun(NamedTuple):
     @property
     def setting(self) -> str:
         """The method and the tolerance in words."""
-        return f"{self.method} at {self.tolerance:.0e}".replace("e-0", "e-")
+        return f"{self.method} at {tolerance_text(self.tolerance)}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ from hcsearch.springs.deployment.simulated_deployment import (
     simulate_compiled,
 )
 from hcsearch.springs.dynamics.time_integration import Motion
+from hcsearch.system.terminal import tolerance_text
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 """Tolerances of the simulations that are compared, the coarsest first."""
@@ -76,7 +77,7 @@ class WorkRow:
     @property
     def options(self) -> str:
         """The options of `hcsearch deploy` for this setting."""
-        tolerance = f"{self.tolerance:.0e}".replace("e-0", "e-")
+        tolerance = tolerance_text(self.tolerance)
         return f"--formulation {self.formulation} --method {self.method} --tolerance {tolerance}"
 
 
@@ -183,10 +184,10 @@ def _rows(
             if taken and (stopped or taken[-1] * _growth(taken) > seconds):
                 yield replace(blank, note=f"not tried: {stopped or _too_long(seconds)}")
                 continue
-            announce(f"{formulation}, {method} at {tolerance:.0e}".replace("e-0", "e-"))
+            announce(f"{formulation}, {method} at {tolerance_text(tolerance)}")
             row = measured_row(compiled, reference, blank, seconds)
             taken.append(row.seconds or 0.0)
-            stopped = f"out of steps at {tolerance:.0e}".replace("e-0", "e-") if row.outcome == "out of steps" else ""
+            stopped = f"out of steps at {tolerance_text(tolerance)}" if row.outcome == "out of steps" else ""
             yield row
 
 

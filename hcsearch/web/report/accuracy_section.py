@@ -13,6 +13,7 @@ from hcsearch.springs.accuracy.work_rows import FormulationWork, WorkRow
 from hcsearch.springs.deployment.compiled_scene import Omission
 from hcsearch.springs.deployment.saved_work import saved_share
 from hcsearch.springs.deployment.simulated_deployment import Deployment
+from hcsearch.system.terminal import tolerance_text
 from hcsearch.system.work_steps import work_step
 from hcsearch.web.report.plots import DrawnPlot, PlotCurve, PlotMark, draw_plot
 
@@ -53,7 +54,7 @@ def _plot(work: FormulationWork) -> DrawnPlot | None:
     if not curves:
         return None
     least = min(y for curve in curves for y in curve.y if y is not None)
-    tolerances = " to ".join(f"{QUICK_TOLERANCES[k]:.0e}".replace("e-0", "e-") for k in (0, -1))
+    tolerances = " to ".join(tolerance_text(QUICK_TOLERANCES[k]) for k in (0, -1))
     note = f"One run at each tolerance from {tolerances}; {reference_sentence(work)}."
     return draw_plot(
         *(curves, "Error against run time", "processor time, ms", "error of fold angles, rad"),
