@@ -9,8 +9,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS, Formulation, Way
 from hcsearch.scenes import Scene
-from hcsearch.springs.accuracy.error_bars import default_errors
-from hcsearch.springs.accuracy.measured_accuracy import MeasuredAccuracy
+from hcsearch.springs.accuracy.measured_accuracy import MeasuredAccuracy, default_errors
 from hcsearch.springs.accuracy.stability_points import judged_points, stress_cases, sweep_cases
 from hcsearch.springs.accuracy.stability_report import MeasuredStability
 from hcsearch.springs.accuracy.swept_values import ScenePoint

@@ -181,7 +181,7 @@ def _print_points(measured: MeasuredStability) -> None:
 
 def _print_accuracy(measured: MeasuredAccuracy) -> None:
     """Print a table for each formulation, and the cheapest setting."""
-    from hcsearch.springs.accuracy.work_report import model_sentence, reference_sentence
+    from hcsearch.springs.accuracy.measured_accuracy import model_sentence, reference_sentence
 
     for work in measured.works:
         click.echo(f"{work.formulation}: {reference_sentence(work)}")
@@ -198,9 +198,8 @@ def _print_accuracy(measured: MeasuredAccuracy) -> None:
 
 def _print_errors(errors: dict[str, Any] | None) -> None:
     """Print the error bars of the default setting, what the reference says, and the effect of a perturbed start."""
-    from hcsearch.springs.accuracy.error_bars import PERTURBATION
-    from hcsearch.springs.deployment.error_estimates import PARTING_ANGLE
-    from hcsearch.springs.deployment.error_words import errors_sentence
+    from hcsearch.springs.accuracy.measured_accuracy import PERTURBATION
+    from hcsearch.springs.deployment.error_estimates import PARTING_ANGLE, errors_sentence
 
     if errors is None:
         click.echo("errors: no estimate, as a simulation of the default setting gets nowhere or diverges")

@@ -139,7 +139,7 @@ def _by_hinge(texts: tuple[str, ...], option: str, example: str) -> dict[str, st
 
 def _print(outcome: dict[str, Any]) -> None:
     """Print the outcome, one fact per line."""
-    from hcsearch.springs.deployment.error_words import errors_sentence
+    from hcsearch.springs.deployment.error_estimates import errors_sentence
     from hcsearch.springs.deployment.omission_savings import saving_sentence
 
     omissions, events, arrived = outcome.pop("left_out"), outcome.pop("events"), outcome.pop("arrivals")

@@ -16,7 +16,7 @@ from hcsearch.system.terminal import short_number
 
 if TYPE_CHECKING:
     from hcsearch.springs.identification.identified_motion import HeldOutFilm, IdentifiedMotion
-    from hcsearch.springs.identification.motion_intervals import MotionEstimate
+    from hcsearch.springs.identification.motion_adequacy import MotionEstimate
 
 
 class MotionTerms(click.ParamType):  # type: ignore[type-arg]  # generic in the newest click alone
@@ -85,7 +85,7 @@ def motion_of_films(files: tuple[str, ...], name: str, as_json: bool, **options:
 
 def _print(identified: IdentifiedMotion) -> None:
     """Print verdict, parameters, models and held-out films, then the values as lines of a scene file."""
-    from hcsearch.springs.identification.motion_scene import scene_lines
+    from hcsearch.springs.identification.identified_motion import scene_lines
 
     click.echo(f"{'verdict':14}{printable(identified.reason)}")
     left = identified.chosen.left

@@ -12,9 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.deployment.arrivals import Arrival, hinge_arrivals
 from hcsearch.springs.deployment.compiled_scene import compile_scene
-from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_compiled, simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import (
+    Arrival,
+    Deployment,
+    hinge_arrivals,
+    simulate_compiled,
+    simulate_deployment,
+)
 from hcsearch_bench.dynamics.case_rows import gap_of
 from hcsearch_bench.subjects.deployments import SCENE, Case, DeploymentSubject
 

@@ -14,9 +14,8 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.vocabulary import MotionTerm, Way
-from hcsearch.springs.identification.film_course import FilmedCourse, course_of
 from hcsearch.springs.identification.identified_motion import IdentifiedMotion, identify_films
-from hcsearch.springs.identification.measured_films import Film
+from hcsearch.springs.identification.measured_films import Film, FilmedCourse, course_of
 from hcsearch.springs.identification.motion_parameters import AXES, tilts_of
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.resolve import resolve

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.springs.accuracy.work_report import draw_work_curve
+from hcsearch.springs.accuracy.measured_accuracy import draw_work_curve
 from hcsearch.system.figures import figure_for
 from hcsearch_bench.run.machine import MISSING
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 
 from hcsearch.basics.errors import HcsearchError
-from hcsearch.springs.accuracy.accuracy_judgements import (
+from hcsearch.springs.accuracy.reference_motions import NO_ANSWER
+from hcsearch.springs.accuracy.stability_points import (
     JUDGEMENTS,
     JudgedDeployment,
     Judgement,
@@ -17,7 +18,6 @@ from hcsearch.springs.accuracy.accuracy_judgements import (
     distance_from,
     judge_deployment,
 )
-from hcsearch.springs.accuracy.reference_motions import NO_ANSWER
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, compile_scene
 from hcsearch.springs.deployment.simulated_deployment import Deployment, deployment_of_motion, simulate_compiled
 from hcsearch.springs.dynamics.time_integration import simulate_system

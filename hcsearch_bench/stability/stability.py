@@ -24,7 +24,7 @@ class StabilityResults:
 
 def tables(results: StabilityResults) -> list[Table]:
     """What is shown and saved, in order."""
-    from hcsearch.springs.accuracy.accuracy_judgements import (
+    from hcsearch.springs.accuracy.stability_points import (
         ACCURATE_TOLERANCES,
         ANGLE_FLOOR,
         BOUND_FACTOR,

@@ -16,7 +16,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import Formulation
 from hcsearch.scenes import Scene
-from hcsearch.springs.accuracy.accuracy_judgements import judged_states
+from hcsearch.springs.accuracy.stability_points import judged_states
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
 from hcsearch.springs.deployment.simulated_deployment import Deployment

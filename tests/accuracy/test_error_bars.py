@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hcsearch.scenes import Scene
-from hcsearch.springs.accuracy.error_bars import PERTURBATION, default_errors, perturbed
+from hcsearch.springs.accuracy.measured_accuracy import PERTURBATION, default_errors, perturbed
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from tests.accuracy.random_scenes import random_scene
 from tests.accuracy.subjects import FOLDING, linkage_named

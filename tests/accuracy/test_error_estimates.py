@@ -20,12 +20,13 @@ from hcsearch.springs.deployment.error_estimates import (
     clearances_of,
     comparison_times,
     error_estimate,
+    errors_sentence,
     estimate_errors,
     greatest_latch_rate,
     greatest_torque,
     parting_time,
+    with_error,
 )
-from hcsearch.springs.deployment.error_words import errors_sentence, with_error
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from tests.accuracy.random_scenes import random_scene
 from tests.accuracy.subjects import FOLDING, linkage_named

@@ -14,15 +14,17 @@ from hcsearch import stability
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import setup_of_scene
-from hcsearch.springs.accuracy.accuracy_judgements import (
+from hcsearch.springs.accuracy.stability_points import (
     ACCURATE_TOLERANCES,
     ANGLE_FLOOR,
     BOUND_FACTOR,
     all_finite,
     distance_from,
     judge_deployment,
+    judged_point,
+    stress_cases,
+    sweep_cases,
 )
-from hcsearch.springs.accuracy.stability_points import judged_point, stress_cases, sweep_cases
 from hcsearch.springs.accuracy.swept_values import SWEPT_VALUES, ScenePoint, resized_linkage, sweep_points
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from hcsearch.cli import hcsearch
 from hcsearch.library.unit_search.elements import untwisted_foldings_of
 from hcsearch.scenes.laws import linear_law
-from hcsearch.springs.deployment.arrivals import Arrival
+from hcsearch.springs.deployment.simulated_deployment import Arrival
 from hcsearch.springs.dynamics.time_integration import simulate_system
 from hcsearch_bench.dynamics.case_rows import LEVELS, CaseRow, gap_of, reference_of, seconds_at
 from hcsearch_bench.dynamics.deployment_rows import (

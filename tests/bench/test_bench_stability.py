@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli import hcsearch
-from hcsearch.springs.accuracy.accuracy_judgements import JUDGEMENTS, judged_states
+from hcsearch.springs.accuracy.stability_points import JUDGEMENTS, judged_states
 from hcsearch.springs.accuracy.stability_report import JUDGEMENT_COLOURS
 from hcsearch.springs.dynamics.panels import panel_bodies
 from hcsearch_bench.run.process import Finished

@@ -14,11 +14,15 @@ from hcsearch.designs.folding import folding_of
 from hcsearch.scenes import SCENES
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.agreement import confirm_deployment
-from hcsearch.springs.deployment.arrivals import hinge_arrivals
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.deployment_facts import deployment_facts
 from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE, REST_ANGLE_TOLERANCE, reason_of_motion
-from hcsearch.springs.deployment.simulated_deployment import STEEP_BASE_ANGLE, simulate_compiled, simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import (
+    STEEP_BASE_ANGLE,
+    hinge_arrivals,
+    simulate_compiled,
+    simulate_deployment,
+)
 from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from tests.linkages import linkage_named
 

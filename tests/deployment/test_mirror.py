@@ -12,7 +12,7 @@ from hcsearch.designs.folding import Folding, foldings
 from hcsearch.designs.grid import GRIDS
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.dynamics.mirror import mirror_of
+from hcsearch.springs.dynamics.panels import mirror_of
 from tests.strategies import circuits
 
 NAMES = sorted(set(ASSEMBLIES) - {"modules-ii-five", "modules-i-four-b", "modules-i-four-c", "modules-i-four-d"})

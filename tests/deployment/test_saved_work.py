@@ -9,8 +9,7 @@ from hcsearch.basics.vocabulary import FORMULATIONS
 from hcsearch.library.assemblies import ASSEMBLIES
 from hcsearch.scenes import SCENES
 from hcsearch.springs.deployment.compiled_scene import ALL_OMISSIONS, compile_scene
-from hcsearch.springs.deployment.omission_savings import can_restore
-from hcsearch.springs.deployment.saved_work import LOOK_WORK, saved_share
+from hcsearch.springs.deployment.omission_savings import LOOK_WORK, can_restore, saved_share
 from tests.linkages import linkage_named
 
 FOLDINGS = ["hex:0234550132:4", "hex:0233335000:1", "square:012222230000:1", "square:012123230301:1"]

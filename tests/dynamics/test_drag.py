@@ -19,7 +19,7 @@ from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.quick_check import check_deployments
 from hcsearch.springs.deployment.simulated_deployment import simulate_deployment
 from hcsearch.springs.dynamics.inverse import joint_forces
-from hcsearch.springs.dynamics.panel_drag import facet_drag
+from hcsearch.springs.dynamics.panels import facet_drag
 from hcsearch.springs.dynamics.system import FacetDrag
 from tests.linkages import linkage_named
 

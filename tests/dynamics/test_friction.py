@@ -16,7 +16,7 @@ from hcsearch.kernels.multibody import accelerations, sticking
 from hcsearch.kernels.multibody.tree import work_for
 from hcsearch.scenes.laws import FREE_LAW, linear_law
 from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint
-from hcsearch.springs.dynamics.holding_friction import holding_friction
+from hcsearch.springs.dynamics.law_torques import holding_friction
 from hcsearch.springs.dynamics.system import JointDrive, Strut, System
 from hcsearch.springs.dynamics.time_integration import simulate_system
 

@@ -19,13 +19,11 @@ from hcsearch.scenes import Scene
 from hcsearch.scenes.scene_file import scene_in
 from hcsearch.scenes.setup import setup_of_scene
 from hcsearch.shape.labels import labels_of
-from hcsearch.springs.identification.film_course import course_of, film_noise
-from hcsearch.springs.identification.measured_films import Film, read_film
-from hcsearch.springs.identification.motion_adequacy import left_over
+from hcsearch.springs.identification.identified_motion import scene_lines, scene_values
+from hcsearch.springs.identification.measured_films import Film, course_of, film_noise, read_film
+from hcsearch.springs.identification.motion_adequacy import coordinate_errors, estimates_of, left_over
 from hcsearch.springs.identification.motion_fitting import FilmProblem, FittedFilms, fit_films
-from hcsearch.springs.identification.motion_intervals import coordinate_errors, estimates_of
 from hcsearch.springs.identification.motion_parameters import motion_parameters, nearest_axis, tilted, tilts_of
-from hcsearch.springs.identification.motion_scene import scene_lines, scene_values
 from hcsearch_bench.identification.film_rows import CASES, FILM_NOISE, measure_films
 from tests.linkages import linkage_named
 

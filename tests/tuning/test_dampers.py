@@ -19,8 +19,14 @@ from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.quick_check import check_deployments, checked_panels_of
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, tied_hinges
 from hcsearch.springs.tuning.damping_ladder import DAMPING_FACTORS, damping_factors
-from hcsearch.springs.tuning.evaluation import TUNING_MARGIN_SHARE, TUNING_STEP_TOLERANCES, Evaluator
-from hcsearch.springs.tuning.part_sets import damped_more, tied_parts, with_parts
+from hcsearch.springs.tuning.evaluation import (
+    TUNING_MARGIN_SHARE,
+    TUNING_STEP_TOLERANCES,
+    Evaluator,
+    damped_more,
+    tied_parts,
+    with_parts,
+)
 from hcsearch.springs.tuning.spring_search import stiffnesses_of_groups
 from hcsearch.springs.tuning.spring_tuning import tune_springs
 from hcsearch.springs.tuning.tuning_options import TuningOptions, damper_bounds

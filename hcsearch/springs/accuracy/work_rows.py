@@ -16,13 +16,15 @@ from hcsearch.springs.accuracy.reference_motions import (
     NO_ANSWER,
     ReferenceMotion,
     affordable_steps,
+    compared_references,
     is_stiff,
     reference_motion,
+    reference_run,
 )
 from hcsearch.springs.accuracy.repeated_runs import processor_seconds
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.error_estimates import angle_distances, comparison_times
-from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, methods_of
+from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, METHODS, methods_of
 from hcsearch.springs.deployment.simulated_deployment import (
     MIN_BALANCE_ENERGY,
     Deployment,
@@ -258,3 +260,34 @@ def row_errors(deployment: Deployment, reference: ReferenceMotion) -> dict[str, 
 def _lost(motion: Motion) -> float:
     """Return the energy lost until the end of a motion, J."""
     return float(motion.damped[-1] + motion.lost[-1])
+
+
+QUICK_TOLERANCES = TOLERANCES[:6]
+"""Tolerances of the simulations that are compared."""
+QUICK_REFERENCES = (1e-11, 1e-10, 1e-9)
+"""Tolerances of the reference; the first one that comes to an end is taken."""
+QUICK_RUN_SECONDS = 0.1
+"""Greatest time of a simulation, s, about."""
+
+
+def quick_work(deployment: Deployment) -> FormulationWork:
+    """Measure error against run time of the method that a deployment takes by default, with one run at each tolerance.
+
+    The reference is of the same method at a tighter tolerance, which nothing confirms; `work_of_formulations` has
+    references of other methods.
+    """
+    compiled, motion = deployment.compiled, deployment.motion
+    method = METHODS[compiled.formulation][motion.stiff_time == 0.0]
+    settings = tuple((method, tolerance) for tolerance in QUICK_REFERENCES)
+    first = reference_run(compiled, settings, float(motion.times[-1]) or compiled.seconds, QUICK_RUN_SECONDS)
+    if first is None:
+        return FormulationWork(
+            compiled.formulation, None, (), refusal="no simulation at a tighter tolerance has a step"
+        )
+    reference = compared_references(first, None)
+    blanks = [
+        WorkRow(compiled.formulation, method, tolerance, default=tolerance == DEFAULT_TOLERANCE)
+        for tolerance in QUICK_TOLERANCES
+    ]
+    rows = [measured_row(compiled, reference, blank, QUICK_RUN_SECONDS, repeated=False) for blank in blanks]
+    return FormulationWork(compiled.formulation, reference, tuple(rows))

@@ -18,9 +18,7 @@ from hcsearch.scenes.laws import scaled_law
 from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.dynamics.body_trees import GROUND, Body, TreeJoint, Weld, joined_body
-from hcsearch.springs.dynamics.mirror import Mirror, mirror_of
-from hcsearch.springs.dynamics.panel_drag import facet_drag
-from hcsearch.springs.dynamics.panels import PanelTree, panel_bodies, panel_tree
+from hcsearch.springs.dynamics.panels import Mirror, PanelTree, facet_drag, mirror_of, panel_bodies, panel_tree
 from hcsearch.springs.dynamics.system import CutHinge, FacetDrag, JointDrive, System
 from hcsearch.springs.dynamics.time_integration import cut_states
 

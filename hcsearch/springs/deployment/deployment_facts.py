@@ -15,11 +15,10 @@ from hcsearch.shape.angle_curves import draw_angle_curves
 from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
-from hcsearch.springs.deployment.arrivals import hinge_arrivals
 from hcsearch.springs.deployment.drives import Drives
-from hcsearch.springs.deployment.error_words import error_facts
+from hcsearch.springs.deployment.error_estimates import error_facts
 from hcsearch.springs.deployment.outcomes import collision_sentence, reason_with_clearance
-from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
+from hcsearch.springs.deployment.simulated_deployment import Deployment, hinge_arrivals, simulate_deployment
 from hcsearch.system.figures import figure_for, label_curves, line_style, set_title
 from hcsearch.system.notebooks import notebook_view
 

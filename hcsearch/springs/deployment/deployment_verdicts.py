@@ -35,10 +35,10 @@ from hcsearch.springs.deployment.agreement import (
 )
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
 from hcsearch.springs.deployment.error_estimates import estimate_errors
+from hcsearch.springs.deployment.omission_savings import saved_share
 from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, DeploymentCheck, methods_of
 from hcsearch.springs.deployment.play import Play, needed_margin_of, play_of_deployment
 from hcsearch.springs.deployment.quick_check import CheckedMotion, CheckedPanels, check_motion, checked_panels_of
-from hcsearch.springs.deployment.saved_work import saved_share
 from hcsearch.springs.deployment.simulated_deployment import deployment_of_motion
 from hcsearch.springs.deployment.spring_sets import springs_of, with_springs
 from hcsearch.springs.dynamics.integration_methods import methods_text

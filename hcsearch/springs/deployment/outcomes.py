@@ -11,7 +11,7 @@ from hcsearch.basics.vocabulary import Ending, Formulation, Integrator, Verdict
 from hcsearch.motion.collision.clearance import Clearance
 from hcsearch.shape.labels import Labels, named_hinges
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
-from hcsearch.springs.dynamics.holding_friction import holding_friction
+from hcsearch.springs.dynamics.law_torques import holding_friction
 from hcsearch.springs.dynamics.time_integration import Motion, SimulationStop
 from hcsearch.system.terminal import short_number
 

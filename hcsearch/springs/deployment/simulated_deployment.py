@@ -1,4 +1,4 @@
-"""Simulations of the deployment of a linkage in a scene, by springs or drives, with certified clearance."""
+"""Simulations of the deployment of a linkage in a scene, by springs or drives, with clearance and arrivals."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import time
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from typing import Literal
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from hcsearch.scenes.setup import Setup, setup_of_scene
 from hcsearch.shape.labels import labels_of, named_hinges
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
-from hcsearch.springs.deployment.drives import Drives
+from hcsearch.springs.deployment.drives import DrivenMotion, Drives, simulate_driven
 from hcsearch.springs.deployment.outcomes import (
     FLAT_FOLD_ANGLE,
     MAX_DEPLOYMENT_STEPS,
@@ -34,7 +35,6 @@ from hcsearch.springs.deployment.outcomes import (
 from hcsearch.springs.deployment.play import Play, course_of_deployment, play_of_deployment
 from hcsearch.springs.deployment.released_hinges import held_at_end, simulate_releases
 from hcsearch.springs.dynamics.integration_methods import interpolate_motion
-from hcsearch.springs.dynamics.position_control import DrivenMotion, simulate_driven
 from hcsearch.springs.dynamics.time_integration import (
     Motion,
     closed_states,
@@ -313,3 +313,54 @@ def _clearance(compiled: CompiledScene, motion: Motion) -> Clearance:
     certified = partial(certify_clearance, linkage, slack=path.slacks, apart=compiled.separated_pairs)
     resolution, measured = resolution_of(linkage), motion.ending == "flat"
     return certified(path.course, margin=compiled.margin, resolution=resolution, measured=measured)
+
+
+ARRIVAL_TIME_TOLERANCE = 1e-4
+"""Greatest time (s) between arrivals that count as one: mirror images arrive together up to rounding."""
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """Hinges that arrive at their stops together: the first time (s), and the greatest speed (rad/s)."""
+
+    time: float
+    stop: Literal["flat", "folded"]
+    hinges: tuple[int, ...]
+    speed: float
+
+
+def hinge_arrivals(deployment: Deployment) -> tuple[Arrival, ...]:
+    """Return the arrivals of hinges at stops that they had left by more than 0.01 rad since their last hit.
+
+    Bounces are left out, as their number and size depend on the model of the stops.
+    """
+    arrived: list[Arrival] = []
+    for at, stop, hinge, speed in sorted(_hits(deployment)):
+        recent = (a for a in arrived[::-1] if a.stop == stop and at - a.time <= ARRIVAL_TIME_TOLERANCE)
+        together = next(recent, None)
+        if together is None:
+            arrived.append(Arrival(at, stop, (hinge,), speed))
+        else:
+            hinges = tuple(sorted({*together.hinges, hinge}))
+            arrived[arrived.index(together)] = Arrival(together.time, stop, hinges, max(together.speed, speed))
+    return tuple(arrived)
+
+
+def _hits(deployment: Deployment) -> list[tuple[float, Literal["flat", "folded"], int, float]]:
+    """Return time, stop, hinge and speed of each hit except bounces."""
+    times, angles, hits = deployment.motion.times, deployment.angles, []
+    last_hits: dict[int, float] = {}
+    for event in deployment.motion.events:
+        if event.kind != "hit":
+            continue
+        for hinge in deployment.compiled.hinges_of(event.joint):
+            angles_since = angles[
+                np.searchsorted(times, last_hits.get(hinge, 0.0)) : np.searchsorted(times, event.time), hinge
+            ]
+            angle = float(np.interp(event.time, times, angles[:, hinge]))
+            stop: Literal["flat", "folded"] = "flat" if angle < 0.5 * math.pi else "folded"
+            limit = 0.0 if stop == "flat" else math.pi
+            if np.abs(angles_since - limit).max(initial=0.0) > FLAT_FOLD_ANGLE:
+                hits.append((event.time, stop, hinge, abs(event.speed)))
+            last_hits[hinge] = event.time
+    return hits

@@ -16,7 +16,7 @@ from hcsearch.scenes.looks import GRADED_STIFFNESS_RATIO, OUTER_FIRST_SET, SPREA
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
-from hcsearch.springs.dynamics.mirror import mirror_of
+from hcsearch.springs.dynamics.panels import mirror_of
 
 STIFFNESS_DIGITS = 12
 """Significant digits of the stiffnesses of spring sets."""

@@ -18,9 +18,8 @@ from hcsearch.basics.array_values import ByValue, Flags, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.scenes.laws import Law, LawBranch
 from hcsearch.shape.linkage import Linkage, hinge_tree
-from hcsearch.springs.deployment.arrivals import hinge_arrivals
 from hcsearch.springs.deployment.compiled_scene import AT_STOP_ANGLE
-from hcsearch.springs.deployment.simulated_deployment import Deployment
+from hcsearch.springs.deployment.simulated_deployment import Deployment, hinge_arrivals
 from hcsearch.springs.dynamics.panels import panel_bodies
 from hcsearch.springs.flight.deployed_modes import FloatingBase, PanelRates, panel_rates
 from hcsearch.springs.flight.torque_margin import closed_rates

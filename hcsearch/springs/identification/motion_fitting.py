@@ -13,8 +13,7 @@ from scipy.stats import f as f_distribution
 
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.identification.film_course import FilmedCourse, course_of
-from hcsearch.springs.identification.measured_films import Film
+from hcsearch.springs.identification.measured_films import Film, FilmedCourse, course_of
 from hcsearch.springs.identification.motion_parameters import MotionParameters, Parameter, nearest_axis, tilts_of
 
 STEP = 1e-4

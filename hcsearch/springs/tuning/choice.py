@@ -17,8 +17,14 @@ from hcsearch.springs.deployment.agreement import Agreement, confirm_deployment
 from hcsearch.springs.deployment.deployment_facts import play_facts
 from hcsearch.springs.deployment.outcomes import DeploymentCheck, reason_with_clearance
 from hcsearch.springs.deployment.simulated_deployment import Deployment, simulate_deployment
-from hcsearch.springs.tuning.evaluation import DEFAULT_SCENE_SCALES, Evaluator, SceneScales, tuning_objective
-from hcsearch.springs.tuning.part_sets import tied_parts, with_parts
+from hcsearch.springs.tuning.evaluation import (
+    DEFAULT_SCENE_SCALES,
+    Evaluator,
+    SceneScales,
+    tied_parts,
+    tuning_objective,
+    with_parts,
+)
 from hcsearch.springs.tuning.robustness import Robustness, most_robust, robustness_of_sets, sampled_setups
 from hcsearch.springs.tuning.spring_search import (
     MIN_OBJECTIVE_GAIN,
@@ -65,7 +71,7 @@ class SpringSet:
 
     @property
     def parts(self) -> tuple[float, ...]:
-        """The springs and dampers as a table of `part_sets`."""
+        """The springs and dampers as a table of parts."""
         return self.stiffnesses + self.dampings
 
     def setup_in(self, setup: Setup) -> Setup:
@@ -305,7 +311,7 @@ class SpringSetFinder:
 def spring_set_of(
     parts: Reals, check: DeploymentCheck, setup: Setup, scales: SceneScales, damped: Setup | None = None
 ) -> SpringSet:
-    """Return the set of a table of `part_sets`; setup : of its tuning."""
+    """Return the set of a table of parts; setup : of its tuning."""
     n = len(setup.laws)
     values = tuple(parts.tolist())
     return SpringSet(values[:n], check, values[n:], damped, scales=scales)

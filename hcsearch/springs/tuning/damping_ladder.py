@@ -9,8 +9,7 @@ import numpy as np
 from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.setup import Setup
 from hcsearch.springs.tuning.choice import SpringSet, spring_set_of, with_deployment, with_samples
-from hcsearch.springs.tuning.evaluation import EvaluationMemory, Evaluator
-from hcsearch.springs.tuning.part_sets import damped_more
+from hcsearch.springs.tuning.evaluation import EvaluationMemory, Evaluator, damped_more
 from hcsearch.springs.tuning.robustness import robustness_of_sets
 from hcsearch.springs.tuning.tuning_options import TuningOptions
 from hcsearch.system.work_steps import Progress

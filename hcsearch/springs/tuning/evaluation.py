@@ -1,4 +1,8 @@
-"""Evaluations of spring sets: the objective, checks on all cores, and a cache in the database."""
+"""Evaluations of spring sets: the objective, checks on all cores, and a cache in the database.
+
+Sets of springs and dampers are tables of the shape (n_hinges,), or (2 n_hinges,) with dampings after stiffnesses. A
+damping that is not a number stands for a hinge without a damper of its own, which keeps the damping of the scene.
+"""
 
 from __future__ import annotations
 
@@ -15,16 +19,59 @@ from hcsearch.basics.vocabulary import Formulation, finite_or_none
 from hcsearch.motion.collision.panel_prisms import scale_of, slack_of
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene import HARDWARE_VALUES
-from hcsearch.scenes.setup import Setup, setup_of_scene, with_stiffnesses
+from hcsearch.scenes.setup import Setup, natural_seconds, setup_of_scene, with_dampings, with_stiffnesses
 from hcsearch.shape.linkage import Linkage
 from hcsearch.springs.deployment import DEPLOYMENT_VERSION
 from hcsearch.springs.deployment.compiled_scene import CompiledScene, compile_scene
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.deployment.quick_check import CheckedPanels, check_deployments, checked_panels_of
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, with_springs
-from hcsearch.springs.tuning.part_sets import with_parts
 from hcsearch.store import Database, find_evaluations, record_evaluations
 from hcsearch.system.machine import usable_cores
+
+DAMPING_DIGITS = 12
+"""Significant digits of dampings that are multiplied."""
+PartBounds = tuple[float, float] | tuple[Reals, Reals]
+"""The least and the greatest value, of all groups or of each, or their logarithms."""
+
+
+def with_parts(setup: Setup, parts: Sequence[float] | Reals) -> Setup:
+    """Return a setup with the springs (N m/rad) and dampers (N m s/rad) of a table."""
+    table, n = np.asarray(parts, float), len(setup.laws)
+    damped = with_dampings(setup, table[n:]) if len(table) > n else setup
+    return with_stiffnesses(damped, table[:n])
+
+
+def tied_parts(tied: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
+    """Return the tied groups of springs, and those of dampers after them, by their places in a table."""
+    n = sum(map(len, tied))
+    return (*tied, *(tuple(n + hinge for hinge in hinges) for hinges in tied))
+
+
+def part_bounds(
+    spring_range: tuple[float, float], n_groups: int, damper_range: tuple[float, float] | None
+) -> PartBounds:
+    """Return the bounds of all springs, or where there is a range of dampers, those of each group of both."""
+    if damper_range is None:
+        return spring_range
+    low, high = (np.repeat([spring_range[k], damper_range[k]], n_groups) for k in (0, 1))
+    return low, high
+
+
+def damped_more(setup: Setup, factor: float, linkage: Linkage) -> Setup:
+    """Return a setup with dampers at all hinges that multiply their damping by a factor."""
+    dampings = [float(f"{factor * damping:.{DAMPING_DIGITS}g}") for damping in setup.dampings]
+    return in_time(with_dampings(setup, dampings), setup, linkage)
+
+
+def in_time(changed: Setup, setup: Setup, linkage: Linkage) -> Setup:
+    """Return a changed setup with the time that it needs, unless another than the natural one was given.
+
+    setup : the setup before the change.
+    """
+    is_natural = setup.seconds == natural_seconds(setup, linkage)
+    return replace(changed, seconds=natural_seconds(changed, linkage)) if is_natural else changed
+
 
 APPROACH_SPEED_SCALE = 5.0
 """Approach speed that counts as much as the whole motion from folded to flat, m/s: p of eq. 4.26 is its inverse."""
@@ -148,7 +195,7 @@ class Evaluator:
     def of_springs(
         self, sets: Iterable[Sequence[float] | Reals], past_collisions: bool = False
     ) -> list[DeploymentCheck]:
-        """Check spring sets, each a table of `part_sets`; mirror hinges have equal springs and dampers.
+        """Check spring sets, each a table of parts; mirror hinges have equal springs and dampers.
 
         past_collisions : whether motions that collide are followed to their end, too. A set that has been checked so is
         not checked again otherwise.
@@ -248,7 +295,7 @@ def softened_setup(setup: Setup) -> Setup:
     return replace(setup, **SOFTENED_SETUP_VALUES)  # type: ignore[arg-type]
 
 
-class DatabaseMemory:
+class DatabaseMemory(RunMemory):
     """A cache in a database of the evaluations of a subject (its notation and sizes, in one text)."""
 
     def __init__(self, database: Database, subject: str) -> None:
@@ -256,14 +303,10 @@ class DatabaseMemory:
         rows = find_evaluations(database, subject)
         self._known = {EvaluationKey(row["setting"], row["springs"]): check_of_row(row) for row in rows}
 
-    def recall(self, keys: Sequence[EvaluationKey]) -> Mapping[EvaluationKey, DeploymentCheck]:
-        """Return the cached checks among those of some keys."""
-        return {key: self._known[key] for key in keys if key in self._known}
-
     def record(self, checks: Mapping[EvaluationKey, DeploymentCheck]) -> None:
         """Store more checks, in one transaction."""
         record_evaluations(self._database, [self.row(self._subject, key, check) for key, check in checks.items()])
-        self._known |= checks
+        super().record(checks)
 
     @staticmethod
     def row(subject: str, key: EvaluationKey, check: DeploymentCheck) -> dict[str, Any]:

@@ -13,8 +13,7 @@ from hcsearch.basics.array_values import Reals
 from hcsearch.scenes.setup import Setup, with_stiffnesses
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of
-from hcsearch.springs.tuning.evaluation import Evaluator
-from hcsearch.springs.tuning.part_sets import with_parts
+from hcsearch.springs.tuning.evaluation import Evaluator, with_parts
 from hcsearch.springs.tuning.tuning_options import Spread
 
 ROBUSTNESS_CONFIDENCE = 0.95

@@ -21,8 +21,7 @@ import numpy as np
 from hcsearch.basics.array_values import ByValue, Reals
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.springs.deployment.outcomes import DeploymentCheck
-from hcsearch.springs.tuning.evaluation import Evaluator
-from hcsearch.springs.tuning.part_sets import PartBounds
+from hcsearch.springs.tuning.evaluation import Evaluator, PartBounds
 from hcsearch.system.terminal import short_number
 from hcsearch.system.work_steps import Progress
 
@@ -37,7 +36,7 @@ AMPLE_GAP_OBJECTIVE = -0.999
 
 
 def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[int, ...]]) -> Reals:
-    """Return the stiffnesses of all hinges, or a table of `part_sets`, from tied groups, rounded to four digits."""
+    """Return the stiffnesses of all hinges, or a table of parts, from tied groups, rounded to four digits."""
     stiffnesses = np.empty(sum(map(len, tied)))
     for value, hinges in zip(values, tied, strict=True):
         stiffnesses[list(hinges)] = float(f"{value:.4g}")
@@ -61,7 +60,7 @@ class EvaluationsSpentError(Exception):
 
 @dataclass(frozen=True, eq=False)
 class SeenSpringSet(ByValue):
-    """An evaluated spring set: logarithms of the tied groups' values, table of `part_sets`, check and objective."""
+    """An evaluated spring set: logarithms of the tied groups' values, table of parts, check and objective."""
 
     point: Reals
     parts: Reals

@@ -21,8 +21,15 @@ from hcsearch.springs.deployment.deployment_facts import play_facts
 from hcsearch.springs.deployment.spring_sets import stiffnesses_of, tied_hinges
 from hcsearch.springs.tuning.choice import SpringSet, SpringSetFinder, evaluation_shares, spring_set_of
 from hcsearch.springs.tuning.damping_ladder import DampedSprings, damped_springs, damping_factors
-from hcsearch.springs.tuning.evaluation import TUNING_STEP_TOLERANCES, EvaluationMemory, Evaluator, SceneScales
-from hcsearch.springs.tuning.part_sets import in_time, part_bounds, tied_parts
+from hcsearch.springs.tuning.evaluation import (
+    TUNING_STEP_TOLERANCES,
+    EvaluationMemory,
+    Evaluator,
+    SceneScales,
+    in_time,
+    part_bounds,
+    tied_parts,
+)
 from hcsearch.springs.tuning.spring_search import (
     SpringSearch,
     catalogue_levels,

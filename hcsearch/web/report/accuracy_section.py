@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hcsearch.basics.vocabulary import percent
-from hcsearch.springs.accuracy.default_work import QUICK_TOLERANCES, quick_work
-from hcsearch.springs.accuracy.work_report import MIN_PLOTTED_ERROR, reference_sentence
-from hcsearch.springs.accuracy.work_rows import FormulationWork, WorkRow
+from hcsearch.springs.accuracy.measured_accuracy import MIN_PLOTTED_ERROR, reference_sentence
+from hcsearch.springs.accuracy.work_rows import QUICK_TOLERANCES, FormulationWork, WorkRow, quick_work
 from hcsearch.springs.deployment.compiled_scene import Omission
-from hcsearch.springs.deployment.saved_work import saved_share
+from hcsearch.springs.deployment.omission_savings import saved_share
 from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.system.terminal import tolerance_text
 from hcsearch.system.work_steps import work_step
