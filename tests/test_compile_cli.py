@@ -1,6 +1,8 @@
 """`hcsearch compile`, and what a terminal shows while kernels are compiled."""
 
+import importlib
 import io
+import pickle
 import subprocess
 import sys
 import time
@@ -8,13 +10,15 @@ import time
 import numba
 import pytest
 from click.testing import CliRunner
+from numba.core.registry import cpu_target
 
 from hcsearch.api import compiling
 from hcsearch.cli import hcsearch, progress
 from hcsearch.kernels.circuits.words import fingerprint_rows, insert_fingerprints
 from hcsearch.kernels.collision.clearance_search import judge_clearance
-from hcsearch.kernels.compiling import under_way
+from hcsearch.kernels.compiling import kernel_cache, under_way
 from hcsearch.kernels.compiling.cache_folder import writable_folder
+from hcsearch.kernels.compiling.compiled import end_waiting
 from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
 from hcsearch.kernels.deployment_batch import check_foldings
 from hcsearch.kernels.multibody.simulation import continue_simulation
@@ -80,13 +84,32 @@ for kernel in called:
 """
 
 
-def test_all_kernels_that_python_calls_in_a_sample_are_recorded():
+@pytest.fixture(scope="module")
+def called():
+    """Lines with modules and names of the kernels that Python calls in all samples, run in one process."""
     done = subprocess.run([sys.executable, "-c", CALLED], capture_output=True, text=True, check=True)
-    called = set(done.stdout.splitlines())
+    return set(done.stdout.splitlines())
+
+
+def test_all_kernels_that_python_calls_in_a_sample_are_recorded(called):
     assert "hcsearch.kernels.circuits.words write_rows" in called
     # the samples ran in one process, so the last one has the kernels of all
     (*_, last) = compiling.SAMPLES
     assert called == set((writable_folder() / f"{last}.calls").read_text().splitlines())
+
+
+def test_no_kernel_of_the_samples_has_more_than_40_arguments_in_its_ir(called):
+    end_waiting()
+    kernels = {getattr(importlib.import_module(module), name) for module, name in map(str.split, called)}
+    stamps = {kernel_stamp(reached) for kernel in kernels for reached in reached_kernels(kernel)}
+    counts = {}
+    for path in writable_folder().glob("*.kernel"):
+        if path.name.split("-")[1] in stamps:
+            *_, (_, about, *_) = pickle.loads(path.read_bytes()[kernel_cache._CHECKED :])
+            made = cpu_target.target_context.call_conv.get_function_type(about.restype, about.argtypes)
+            counts[path.name] = len(made.args)
+    assert len(counts) > 200
+    assert max(counts.values()) <= 40
 
 
 def test_kernels_of_a_job_are_missing_until_they_are_recorded_and_again_when_one_has_changed(monkeypatch, tmp_path):

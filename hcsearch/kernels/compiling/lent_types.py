@@ -21,21 +21,20 @@ from numba.np.numpy_support import as_dtype
 
 _WORD = 8
 """Bytes by which the fields of a table are aligned."""
-_types: Any = types  # without types of their own, as all of numba
+_types: Any = types  # with attributes that numba does not declare
 _templates: Any = templates
-_models: Any = models
 _word = ir.IntType(64)
 _byte_pointer = ir.IntType(8).as_pointer()
 
 
-class LentArray(_types.Array):  # type: ignore[misc]
+class LentArray(_types.Array):
     """A C-ordered array that a kernel is lent: passed as owner, data and shape."""
 
     def __init__(self, dtype: Any, ndim: int) -> None:
         super().__init__(dtype, ndim, "C", name=f"lent({dtype}, {ndim}d)")
 
 
-class LentTable(_types.Type):  # type: ignore[misc]
+class LentTable(_types.Type):
     """A named tuple that a kernel is lent, passed as a pointer to its fields; tables in it are pointers, too."""
 
     def __init__(self, kind: Any, parts: tuple[Any, ...]) -> None:
@@ -90,7 +89,7 @@ def kept_type(kind: Any) -> Any:
 
 
 @extending.register_model(LentArray)
-class _LentArrayModel(_models.ArrayModel):  # type: ignore[misc]
+class _LentArrayModel(models.ArrayModel):
     def get_argument_type(self) -> Any:
         kinds = self.get_value_type().elements
         return kinds[0], kinds[4], *[_word] * self._fe_type.ndim
@@ -116,7 +115,7 @@ class _LentArrayModel(_models.ArrayModel):  # type: ignore[misc]
 
 
 @extending.register_model(LentTable)
-class _LentTableModel(_models.PrimitiveModel):  # type: ignore[misc]
+class _LentTableModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
         super().__init__(manager, kind, _byte_pointer)
 
@@ -156,7 +155,7 @@ def _as_tuple(context: Any, builder: Any, fields: Any, known: Any, wanted: Any) 
 
 
 @_templates.infer_getattr
-class _Fields(_templates.AttributeTemplate):  # type: ignore[misc]
+class _Fields(_templates.AttributeTemplate):
     key = LentTable
 
     def generic_resolve(self, table: Any, name: str) -> Any:

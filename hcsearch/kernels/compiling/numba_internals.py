@@ -44,6 +44,7 @@ class NumbaInternal(NamedTuple):
 
 
 NUMBA_INTERNALS = (
+    NumbaInternal("numba.core.base", "BaseContext.subtarget"),
     NumbaInternal("numba.core.caching", "NullCache.cache_path"),
     NumbaInternal("numba.core.caching", "NullCache.load_overload", ("self", "sig", "target_context")),
     NumbaInternal("numba.core.caching", "NullCache.save_overload", ("self", "sig", "cres")),
@@ -56,19 +57,31 @@ NUMBA_INTERNALS = (
     NumbaInternal("numba.core.codegen", "JitEngine.__init__", sets=("_defined_symbols",)),
     NumbaInternal("numba.core.compiler", "CompileResult._reduce", ("self",)),
     NumbaInternal("numba.core.compiler", "CompileResult._rebuild"),
+    NumbaInternal("numba.core.compiler", "CompilerBase.define_pipelines", ("self",)),
+    NumbaInternal("numba.core.compiler", "DefaultPassBuilder.define_nopython_pipeline", ("state",)),
     NumbaInternal("numba.core.compiler", "Flags.no_cpython_wrapper"),
+    NumbaInternal("numba.core.compiler_machinery", "PassManager.add_pass_after", ("self", "pass_cls", "location")),
     NumbaInternal("numba.core.compiler_lock", "global_compiler_lock"),
     NumbaInternal("numba.core.config", "reload_config", ()),
-    NumbaInternal("numba.core.cpu", "CPUTargetOptions._nrt"),
-    NumbaInternal("numba.core.cpu", "CPUTargetOptions.forceinline"),
+    NumbaInternal(
+        "numba.core.cpu", "CPUContext.create_cpython_wrapper", ("self", "library", "fndesc", "env", "call_helper")
+    ),
     NumbaInternal("numba.core.cpu", "CPUTargetOptions.no_cfunc_wrapper"),
+    NumbaInternal("numba.core.datamodel.models", "ArrayModel"),
+    NumbaInternal("numba.core.datamodel.models", "PrimitiveModel"),
     NumbaInternal("numba.core.dispatcher", "Dispatcher.__init__", sets=("_cache", "_compiler")),
+    NumbaInternal("numba.core.dispatcher", "Dispatcher._insert"),
     NumbaInternal("numba.core.dispatcher", "Dispatcher.add_overload", ("self", "cres")),
     NumbaInternal("numba.core.dispatcher", "Dispatcher.compile", ("self", "sig")),
     NumbaInternal("numba.core.dispatcher", "_FunctionCompiler._customize_flags", ("self", "flags")),
+    NumbaInternal("numba.core.dispatcher", "_FunctionCompiler.fold_argument_types", ("self", "args", "kws")),
+    NumbaInternal("numba.core.pythonapi", "PythonAPI.nrt_adapt_ndarray_from_python", ("self", "ary", "ptr")),
+    NumbaInternal("numba.core.pythonapi", "PythonAPI.numba_array_adaptor", ("self", "ary", "ptr")),
     NumbaInternal("numba.core.runtime", "rtsys.initialize", ("ctx",)),
     NumbaInternal("numba.core.serialize", "dumps", ("obj",)),
-    NumbaInternal("numba.core.types", "BaseTuple"),
+    NumbaInternal("numba.core.typed_passes", "NoPythonSupportedFeatureValidation"),
+    NumbaInternal("numba.core.types", "BaseTuple.from_types", ("tys", "pyclass")),
+    NumbaInternal("numba.core.typing.templates", "AttributeTemplate.generic_resolve"),
 )
 
 

@@ -8,27 +8,23 @@ from numba.core import compiler, compiler_machinery, ir, typed_passes, types
 
 from hcsearch.kernels.compiling.lent_types import kept_type
 
-_types: Any = types
-_compiler: Any = compiler
-_machinery: Any = compiler_machinery
-_passes: Any = typed_passes
 _MAKING = ("call", "binop", "inplace_binop", "unary", "arrayexpr", "build_list", "build_set", "build_map")
 """Expressions whose value may be a new array; all others give parts of arrays, or their arguments."""
 
 
-class KernelCompiler(_compiler.CompilerBase):  # type: ignore[misc]
+class KernelCompiler(compiler.CompilerBase):
     """numba's compiler of functions without Python objects, with `CountReferences` before the lowering to LLVM."""
 
     def define_pipelines(self) -> list[Any]:
         """Return the passes."""
-        passes = _compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.add_pass_after(CountReferences, _passes.NoPythonSupportedFeatureValidation)
+        passes = compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(CountReferences, typed_passes.NoPythonSupportedFeatureValidation)
         passes.finalize()
         return [passes]
 
 
-@_machinery.register_pass(mutates_CFG=False, analysis_only=False)
-class CountReferences(_machinery.FunctionPass):  # type: ignore[misc]
+@compiler_machinery.register_pass(mutates_CFG=False, analysis_only=False)
+class CountReferences(compiler_machinery.FunctionPass):
     """Leave reference counting out of kernels that neither make arrays nor receive any from their callees.
 
     All arrays in such a kernel are its arguments or parts of them, which its caller keeps. Counting takes longer than a
@@ -72,7 +68,7 @@ def _makes_arrays(state: Any) -> bool:
             ):
                 value = step.value
                 if value.op in _MAKING and not (
-                    value.op == "call" and isinstance(state.typemap[value.func.name], _types.NamedTupleClass)
+                    value.op == "call" and isinstance(state.typemap[value.func.name], types.NamedTupleClass)
                 ):
                     return True
                 if value.op == "getitem" and is_counted(state.typemap[value.index.name]):
