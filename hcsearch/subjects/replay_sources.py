@@ -177,7 +177,7 @@ def replay_of_stored_path(path: store.StoredPath, folding: Folding, panel: Panel
     return _replay_of(path, folding, linkage)
 
 
-def replay_in(design: StoredDesign, folding: Folding) -> Replay | None:
+def replay_of_design(design: StoredDesign, folding: Folding) -> Replay | None:
     """Return the replay of the path of a folding that its design has in a database; None without one."""
     path = next((path for path in design.paths if path.crease == folding.crease), None)
     if path is None:

@@ -26,7 +26,7 @@ from hcsearch.subjects.design_cases import CircuitCase, FoldingCase
 from hcsearch.subjects.mechanisms import Freedoms, freedoms_of, lock_sentences
 from hcsearch.subjects.names import way_option_text
 from hcsearch.subjects.replay import Replay
-from hcsearch.subjects.replay_sources import replay_in, replay_of_deployment, replay_of_mode
+from hcsearch.subjects.replay_sources import replay_of_deployment, replay_of_design, replay_of_mode
 from hcsearch.subjects.stored_designs import StoredDesign
 from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.accuracy_section import ShownAccuracy, accuracy_of_deployment
@@ -240,7 +240,7 @@ def _stored_path(case: FoldingCase, stored: StoredDesign) -> tuple[Replay | None
     deployed = None if verdict is None else verdict.deployed_variant
     is_other = verdict is not None and deployed is not None and deployed.pairs != verdict.path_flat_pairs
     option = way_option_text(verdict.path_flat_pairs) if verdict is not None and is_other else ""
-    return replay_in(stored, case.folding), option
+    return replay_of_design(stored, case.folding), option
 
 
 def _computed_springs(case: FoldingCase, subject: str) -> ShownMotion | None:

@@ -24,7 +24,7 @@ from hcsearch.export.settings import ExportSettings
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.design_cases import CircuitCase
-from hcsearch.subjects.replay_sources import replay_in
+from hcsearch.subjects.replay_sources import replay_of_design
 from hcsearch.web.serve.requests import ListRequest, design_address, list_address_of
 
 
@@ -103,7 +103,7 @@ class _DecidingMotion:
 
         (case,), stored = design.cases, design.stored
         crease = case.folding.crease
-        path = None if stored is None else replay_in(stored, case.folding)
+        path = None if stored is None else replay_of_design(stored, case.folding)
         if stored is None or path is None:
             raise HcsearchError(f"the path of folding {crease} is no longer in the database: open the list again")
         deciding = None
