@@ -39,8 +39,8 @@ def refuse_unknown(name: str) -> None:
     refuse_other_file(name)
     if not any(mark.isdigit() for mark in name) or not (name[0].isdigit() or ":" in name):
         raise HcsearchError(
-            f"there is no assembly {name!r}: see hcsearch assembly list, or name DESIGN:CREASE, an id or a file .toml "
-            "or .fold"
+            f"there is no assembly {name!r}: see hcsearch assembly list, or name DESIGN:CREASE; or name a file .fold, "
+            "or a notation such as hex:0234435011"
         )
 
 
