@@ -101,9 +101,11 @@ def listed(words: Sequence[str], joined_by: str) -> str:
     return f" {joined_by} ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
-def finite_or_none(value: float | None) -> float | None:
-    """Return a number, or None where it is not finite, as not all files and databases hold such numbers."""
-    return value if value is not None and math.isfinite(value) else None
+def finite_or_none(value: Any) -> Any:
+    """Replace numbers that are not finite by None, also in lists: not all files and databases hold such numbers."""
+    if isinstance(value, list):
+        return [finite_or_none(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def millimetres(length: float | None) -> float | None:

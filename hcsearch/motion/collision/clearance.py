@@ -95,8 +95,8 @@ def least_gap_of_motion(
     """
     prisms = prisms_of(linkage)
     pairs = solid_pairs(linkage, prisms, apart)
-    gap = float(least_pair_gap(linkage.chain, prisms, pairs, course, resolution))
-    return finite_or_none(gap)
+    gap: float | None = finite_or_none(float(least_pair_gap(linkage.chain, prisms, pairs, course, resolution)))
+    return gap
 
 
 class _Certificate:

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hcsearch.basics.vocabulary import finite_or_none
 from hcsearch.springs.accuracy.reference_motions import ReferenceMotion, ReferenceRun
 from hcsearch.springs.accuracy.work_rows import FormulationWork, WorkRow
 from hcsearch.springs.deployment.agreement import SimulatedCheck, simulated_at, tighter_simulations
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
-from hcsearch.springs.deployment.deployment_facts import finite_or_none
 from hcsearch.springs.deployment.error_estimates import (
     ErrorEstimates,
     angle_distances,

@@ -7,10 +7,10 @@ from collections import Counter
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from hcsearch.basics.vocabulary import finite_or_none
 from hcsearch.springs.accuracy.measured_accuracy import facts_table
 from hcsearch.springs.accuracy.stability_points import JUDGEMENTS, Judgement, StabilityPoint
 from hcsearch.springs.accuracy.swept_values import SWEPT_VALUES
-from hcsearch.springs.deployment.deployment_facts import finite_or_none
 from hcsearch.system.figures import figure_for, set_title
 from hcsearch.system.terminal import short_number
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hcsearch.basics.vocabulary import Formulation, Verdict, millimetres, play_sentence
+from hcsearch.basics.vocabulary import Formulation, Verdict, finite_or_none, millimetres, play_sentence
 from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import Setup
 from hcsearch.shape.angle_curves import draw_angle_curves
@@ -34,13 +33,6 @@ def deployment_facts(deployment: Deployment, agreement: Agreement | None = None)
     agreement : with the same deployment at tighter tolerances; its verdict, time and outcome are used.
     """
     return {name: finite_or_none(value) for name, value in _facts(deployment, agreement).items()}
-
-
-def finite_or_none(value: Any) -> Any:
-    """Replace numbers that are not finite by None, also in lists."""
-    if isinstance(value, list):
-        return [finite_or_none(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any]:

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.basics.vocabulary import Way
+from hcsearch.basics.vocabulary import Way, finite_or_none
 from hcsearch.scenes import Scene
 from hcsearch.scenes.scene_file import scene_file_text
 from hcsearch.scenes.setup import Setup, scene_of_setup
 from hcsearch.shape.angle_curves import draw_angle_curves
 from hcsearch.shape.labels import label_data, labels_of
 from hcsearch.shape.linkage import Linkage
-from hcsearch.springs.deployment.deployment_facts import finite_or_none, mark_collision, play_facts
+from hcsearch.springs.deployment.deployment_facts import mark_collision, play_facts
 from hcsearch.springs.deployment.drives import Drives, drives_text
 from hcsearch.springs.deployment.simulated_deployment import Deployment
 from hcsearch.springs.drive.choosing import DrivenHinges
