@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from hcsearch.basics.array_values import Reals, WholeNumbers
 from hcsearch.kernels.algebra import (
     Vector3,
@@ -47,12 +45,6 @@ class Drag(NamedTuple):
     pieces: WholeNumbers
     normals: Reals
     points: Reals
-
-
-@compiled
-def no_drag() -> Drag:
-    """Return the drag of a mechanism in a vacuum."""
-    return Drag(np.zeros(0, np.int64), np.zeros((0, 2), np.int64), np.zeros((0, 3)), np.zeros((0, 4)))
 
 
 @compiled
