@@ -58,8 +58,8 @@ def test_fold_and_rabbit_ear_read_the_pattern_and_fold_it_as_it_is_folded(reader
     n, borders = value.circuit.n, counts[1] - value.circuit.n
     kinds = reading["fold"]["kinds"]
     assert kinds == {
-        "mountainEdges": value.folding.assignment.count("mountain"),
-        "valleyEdges": value.folding.assignment.count("valley"),
+        "mountainEdges": value.case.folding.assignment.count("mountain"),
+        "valleyEdges": value.case.folding.assignment.count("valley"),
         "flatEdges": 2,
         "boundaryEdges": borders,
         "unassignedEdges": 0,

@@ -64,7 +64,7 @@ def _closed(mesh, vertex):
 @given(folded())
 @settings(max_examples=40)
 def test_face_orders_are_the_layers_of_the_stacks(value):
-    folding = value.folding
+    folding = value.case.folding
     stack = {panel: k for k, stack in enumerate(folding.stacks) for panel in stack}
     orders = {(f, g): s for f, g, s in fold.face_orders(value.linkage)}
     turned = {panel: sign for panel, (sign, _) in enumerate(folding.frames)}
@@ -91,10 +91,10 @@ def test_the_folded_frame_keeps_each_face_and_lays_stacks_onto_each_other(value)
         a, b = flat[list(face)], folded_[list(face)]
         np.testing.assert_allclose(_distances(a), _distances(b), atol=1e-6)
     centres = [folded_[list(face)].mean(axis=0) for face in mesh.faces]
-    for stack in value.folding.stacks:
+    for stack in value.case.folding.stacks:
         ends = np.array([centres[panel] for panel in stack])
         assert np.ptp(ends, axis=0).max() < 2e3 * pattern.size
-    for panel, other in zip(value.folding.stacks[0], value.folding.stacks[0][1:], strict=False):
+    for panel, other in zip(value.case.folding.stacks[0], value.case.folding.stacks[0][1:], strict=False):
         one, two = (np.unique(folded_[list(mesh.faces[k])].round(4), axis=0) for k in (panel, other))
         assert len(np.unique(np.concatenate([one, two]), axis=0)) <= max(len(one), len(two)) + 2
 

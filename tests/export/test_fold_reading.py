@@ -87,7 +87,7 @@ def test_files_of_this_program_are_recognised_however_flat_pairs_are_joined(valu
     drawing = parse_fold(written(value))
     design = recognise_design(drawing)
     assert design.circuit == value.circuit
-    assert [value.folding] == list(design.foldings)
+    assert [value.case.folding] == list(design.foldings)
     panel = "50x40x6" if value.circuit.grid.name == "rectangle" else "50x50x6"
     assert drawn_panel_size(design, drawing) == panel
 

@@ -154,7 +154,7 @@ def test_the_simulator_has_its_colours_and_no_groups():
 def test_panels_apart_have_marks_on_the_face_of_each_hinge():
     value = exported(DESIGN)
     sheet = sheet_for(value, ExportSettings(sheet="panels"))
-    faces = value.folding.hinge_faces
+    faces = value.case.folding.hinge_faces
     for layer, face in (("HINGE_TOP", "top"), ("HINGE_BOTTOM", "bottom")):
         own = [str(k) for k in range(10) if faces[k] == face and k not in (1, 6)]
         assert sorted(line.label for line in sheet.lines[layer]) == sorted(own * 2)

@@ -13,6 +13,8 @@ from hypothesis import given, settings
 from hcsearch.basics.errors import OutputError
 from hcsearch.export.exported import Exported
 from hcsearch.export.formats import export_format_of
+from hcsearch.scenes import Scene
+from hcsearch.subjects.design_cases import CircuitCase
 from tests.collision.naive_distances import feature_distance
 from tests.export.exports import MOVING, exported, written
 from tests.strategies import circuits
@@ -65,7 +67,8 @@ def test_gaps_are_those_of_the_nearest_panels():
 @given(circuits())
 @settings(max_examples=40)
 def test_graphs_are_those_of_the_array_whatever_reads_them(circuit):
-    value = Exported(circuit.notation, circuit, None, None, None)
+    case = CircuitCase(name=circuit.notation, scene=Scene(), given=circuit, foldings=())
+    value = Exported(circuit.notation, case)
     ours = circuit.array.graph()
     data = json.loads(written(value, "networkx"))
     graph = nx.node_link_graph(data, edges="edges")
@@ -90,7 +93,7 @@ def test_a_format_that_is_written_no_more_names_another(gone, instead):
 def test_the_graph_of_a_folding_has_its_folds_and_one_of_an_assembly_its_hinges():
     graph = nx.node_link_graph(json.loads(written(exported(MOVING, "networkx"), "networkx")), edges="edges")
     folds = {d["crease"]: d["fold"] for _, _, d in graph.edges(data=True) if d["kind"] == "crease"}
-    assert [folds[k] for k in range(10)] == list(exported(MOVING).folding.assignment)
+    assert [folds[k] for k in range(10)] == list(exported(MOVING).case.folding.assignment)
     unit = exported("unit-ii", "networkx")
     graph = nx.node_link_graph(json.loads(written(unit, "networkx")), edges="edges")
     hinges = {d["hinge"] for _, _, d in graph.edges(data=True) if d["kind"] == "crease"}
