@@ -69,7 +69,8 @@ CALLED = """
 import sys
 from numba.core.dispatcher import Dispatcher
 from hcsearch.api.compiling import SAMPLES, run_sample
-from hcsearch.kernels.compiling.under_way import has_kernels_of, kernels_in_use
+from hcsearch.kernels.compiling.compiled import kernels_in_use
+from hcsearch.kernels.compiling.under_way import has_kernels_of
 compile_for, called = Dispatcher._compile_for_args, set()
 def noted(kernel, *args, **options):
     called.add(kernel)

@@ -19,10 +19,10 @@ from hcsearch.api.enumerating import enumerate_into, plan_enumeration, run_enume
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
+from hcsearch.kernels.compiling.compiled import kernels_in_use
 from hcsearch.kernels.compiling.numba_internals import has_internals
 from hcsearch.kernels.compiling.under_way import (
     has_kernels_of,
-    kernels_in_use,
     missing_stamps,
     record_called_kernels,
     uncompiled_stamps,

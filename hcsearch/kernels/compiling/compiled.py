@@ -97,6 +97,16 @@ def end_waiting() -> None:
                     setattr(module, name, value.made)
 
 
+def kernels_in_use() -> list[Any]:
+    """Return the kernels that modules outside of `hcsearch.kernels` have imported."""
+    from numba.core.dispatcher import Dispatcher  # noqa: PLC0415
+
+    end_waiting()
+    modules = [module for name, module in sys.modules.items() if name.startswith("hcsearch.")]
+    users = [module for module in modules if not module.__name__.startswith("hcsearch.kernels.")]
+    return [value for user in users for value in vars(user).values() if isinstance(value, Dispatcher)]
+
+
 def _made(function: Any) -> Any:
     """Compile a function and cache its machine code on disk, in numba's own cache if this numba lacks internals."""
     import numba  # noqa: PLC0415 - as the head of this module says

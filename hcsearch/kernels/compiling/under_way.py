@@ -6,13 +6,10 @@ Which kernels Python calls in a job is recorded beside them, so that their compi
 from __future__ import annotations
 
 import importlib
-import sys
 import time
 from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any, NamedTuple
-
-from numba.core.dispatcher import Dispatcher
 
 from hcsearch.kernels.compiling.cache_folder import (
     CALLS_FILE_PATTERN,
@@ -21,7 +18,6 @@ from hcsearch.kernels.compiling.cache_folder import (
     writable_folder,
     write_atomically,
 )
-from hcsearch.kernels.compiling.compiled import end_waiting
 from hcsearch.kernels.compiling.numba_internals import has_internals
 from hcsearch.kernels.compiling.own_folders import is_own_file
 from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
@@ -134,11 +130,3 @@ def has_kernels_of(job: str) -> bool:
             names = (line.split() for line in path.read_text().splitlines())
             return all(is_ready(getattr(importlib.import_module(module), name)) for module, name in names)
     return False
-
-
-def kernels_in_use() -> list[Any]:
-    """Return the kernels that modules outside of `hcsearch.kernels` have imported."""
-    end_waiting()
-    users = [module for name, module in sys.modules.items() if name.startswith("hcsearch.")]
-    used = [value for user in users for value in vars(user).values() if ".kernels." not in f"{user.__name__}."]
-    return [value for value in used if isinstance(value, Dispatcher)]
