@@ -20,7 +20,7 @@ from hcsearch.kernels.compiling import kernel_cache, under_way
 from hcsearch.kernels.compiling.cache_folder import writable_folder
 from hcsearch.kernels.compiling.compiled import end_waiting
 from hcsearch.kernels.compiling.stamps import kernel_stamp, reached_kernels
-from hcsearch.kernels.deployment_batch import check_foldings
+from hcsearch.kernels.deployment_check import check_folding
 from hcsearch.kernels.multibody.simulation import continue_simulation
 from hcsearch.kernels.multibody.stops import update_held_joints
 
@@ -61,8 +61,8 @@ def test_what_is_left_is_compiled_and_the_second_call_has_nothing_to_do(samples,
 def test_kernels_in_use_are_those_of_the_samples():
     used = compiling.kernels_in_use()
     assert all(kernel_stamp(kernel) for kernel in used)
-    assert check_foldings in used
-    assert {continue_simulation, judge_clearance, update_held_joints} <= set(reached_kernels(check_foldings))
+    assert check_folding in used
+    assert {continue_simulation, judge_clearance, update_held_joints} <= set(reached_kernels(check_folding))
 
 
 CALLED = """

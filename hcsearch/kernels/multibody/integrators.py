@@ -40,6 +40,12 @@ class IntegrationMethod(NamedTuple):
 
 
 @compiled
+def is_implicit(method: IntegrationMethod) -> bool:
+    """Return whether all steps are implicit, or extrapolated from implicit ones."""
+    return method.diagonal > 0.0 or method.extrapolation_order > 0
+
+
+@compiled
 def explicit_step(method: IntegrationMethod, stepper: Stepper, h: float) -> float:
     """Take an explicit step of length h whose first stage is given; return its error over the tolerance."""
     mechanism, hold, work, stages, end = stepper.mechanism, stepper.hold, stepper.work, stepper.stages, stepper.end

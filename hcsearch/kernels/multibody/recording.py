@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,12 @@ class SimulationRecord(NamedTuple):
     event_joints: WholeNumbers
     event_kinds: WholeNumbers
     event_speeds: Reals
+
+
+@compiled
+def stiff_time(record: SimulationRecord) -> float:
+    """Return the time from which steps are those of the stiff method, s; infinite where none is."""
+    return math.inf if record.counts[5] < 0 else record.times[max(0, record.counts[5] - 1)]
 
 
 @compiled

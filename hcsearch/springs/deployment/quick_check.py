@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple, TypedDict, Unpack
-
-import numpy as np
+from typing import NamedTuple, TypedDict, Unpack
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import finite_or_none
 from hcsearch.kernels.collision.clearance_search import MOTION_CLEAR, MOTION_COLLIDES
-from hcsearch.kernels.deployment_batch import CheckFindings, CheckingRules, SceneTables, check_foldings
+from hcsearch.kernels.deployment_check import CheckFindings, CheckingRules, SceneTables, check_folding
+from hcsearch.kernels.multibody.accelerations import discrete_state_for
+from hcsearch.kernels.multibody.recording import SimulationRecord, stiff_time
 from hcsearch.motion.collision.panel_prisms import Solids, collision_solids, resolution_of, slack_of
 from hcsearch.springs.deployment.compiled_scene import CompiledScene
 from hcsearch.springs.deployment.outcomes import (
@@ -114,39 +114,21 @@ def check_motion(
         rest=REST_ANGLE_TOLERANCE,
     )
     methods = methods_of(compiled.formulation)
-    method, stiff_method = map(method_named, methods)
-    m = system.mechanism
-    springs = m.struts, m.cuts, m.closure_stiffness, m.closure_damping
-    exactness = panels.solids.margin, resolution_of(compiled.linkage)
-    rules = CheckingRules(method, stiff_method, plan, *springs, *exactness, past_collisions)
+    margin, resolution = panels.solids.margin, resolution_of(compiled.linkage)
+    rules = CheckingRules(*map(method_named, methods), plan, margin, resolution, past_collisions)
     state_bytes = 3 * 8 * system.n_joints  # bytes of the angles, rates and accelerations of a state
     most = max_steps or MAX_DEPLOYMENT_STEPS[compiled.formulation]
     record = record_for(system.n_joints, min(most, max(1, MAX_MOTION_RECORD_BYTES // state_bytes)))
-    findings = CheckFindings(
-        endings=np.zeros(1, np.int64),
-        stiff_times=np.zeros(1),
-        verdicts=np.zeros(1, np.int64),
-        pairs=np.zeros(1, np.int64),
-        counts=np.zeros((1, 4), np.int64),
-        times=np.zeros((1, 2)),
-        gaps=np.zeros(1),
-        speeds=np.zeros(1),
-        remaining_angles=np.zeros((1, 3)),
-        energy_drifts=np.zeros(1),
-        closure_residuals=np.zeros(1),
-        open_state_shares=np.zeros(1),
-    )
-    check_foldings(_stacked(_subject(compiled, panels)), rules, record, findings)
-    check = _check(compiled, panels, findings)
+    findings = check_folding(_subject(compiled, panels), rules, record)
+    check = _check(compiled, panels, findings, record)
     return CheckedMotion(check, motion_of_record(record, system, methods) if check.outcome == "flat" else None)
 
 
 def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
     mechanism, linkage, solids = compiled.system.mechanism, compiled.linkage, screen.solids
     return SceneTables(
-        tree=mechanism.tree,
-        hinges=mechanism.hinges,
-        drag=mechanism.drag,
+        mechanism=mechanism,
+        hold=discrete_state_for(mechanism, compiled.start),
         start=compiled.start,
         joint_of=compiled.joint_of,
         chain=linkage.chain,
@@ -158,36 +140,31 @@ def _subject(compiled: CompiledScene, screen: CheckedPanels) -> SceneTables:
     )
 
 
-def _check(compiled: CompiledScene, panels: CheckedPanels, findings: CheckFindings) -> DeploymentCheck:
+def _check(
+    compiled: CompiledScene, panels: CheckedPanels, findings: CheckFindings, record: SimulationRecord
+) -> DeploymentCheck:
     """Return the check of a scene with its findings."""
-    verdict, gap = int(findings.verdicts[0]), float(findings.gaps[0])
     collision = None
-    if verdict == MOTION_COLLIDES:
-        prisms = panels.solids.pairs.prisms[findings.pairs[0]]
+    if findings.verdict == MOTION_COLLIDES:
+        prisms = panels.solids.pairs.prisms[findings.pair]
         first, second = sorted(compiled.linkage.pattern.panel_of[prism] for prism in prisms)
-        collision = (float(findings.times[0, 1]), (first, second))
-    states, evaluations, _, looks = (int(number) for number in findings.counts[0])
-    remaining, end_remaining, widest = map(float, findings.remaining_angles[0])
+        collision = (findings.collision_time, (first, second))
+    states, _, evaluations, *_ = map(int, record.counts)
     return DeploymentCheck(
-        outcome=outcome_of(SIMULATION_STOPS[int(findings.endings[0])]),
-        end_time=float(findings.times[0, 0]),
-        clear={MOTION_CLEAR: True, MOTION_COLLIDES: False}.get(verdict),
+        outcome=outcome_of(SIMULATION_STOPS[findings.ending]),
+        end_time=findings.end_time,
+        clear={MOTION_CLEAR: True, MOTION_COLLIDES: False}.get(findings.verdict),
         collision=collision,
-        gap=finite_or_none(gap),
-        speed=float(findings.speeds[0]),
-        remaining=remaining,
-        end_remaining=end_remaining,
-        widest=math.pi * widest,
-        drift=float(findings.energy_drifts[0]),
-        opening=float(findings.closure_residuals[0]),
+        gap=finite_or_none(findings.gap),
+        speed=findings.approach_speed,
+        remaining=findings.angle_then,
+        end_remaining=findings.angle_at_end,
+        widest=math.pi * findings.widest,
+        drift=findings.energy_drift,
+        opening=findings.closure_residual,
         steps=states - 1,
         evaluations=evaluations,
-        looks=looks,
-        loose_share=float(findings.open_state_shares[0]),
-        stiff_time=float(findings.stiff_times[0]),
+        looks=findings.bounds,
+        loose_share=findings.open_share,
+        stiff_time=stiff_time(record),
     )
-
-
-def _stacked(value: Any) -> Any:
-    """Return nested tuples of arrays with a leading axis."""
-    return type(value)(*map(_stacked, value)) if isinstance(value, tuple) else np.asarray(value)[None]

@@ -334,7 +334,7 @@ def record_for(n: int, steps: int) -> recording.SimulationRecord:
 
 def motion_of_record(record: recording.SimulationRecord, system: System, methods: tuple[str, str]) -> Motion:
     """Convert a record of the kernel to a motion; methods : integrators of steps that are not stiff, and that are."""
-    states, events, evaluations, rejected, ending, stiff = (int(x) for x in record.counts)
+    states, events, evaluations, rejected, ending, _ = (int(x) for x in record.counts)
     columns = (record.event_times, record.event_joints, record.event_kinds, record.event_speeds)
     happened = zip(*(column[:events].tolist() for column in columns), strict=True)
     kinetic, stored, height, in_stops, damped, lost = record.energies[:states].T.copy()
@@ -360,5 +360,5 @@ def motion_of_record(record: recording.SimulationRecord, system: System, methods
         rejected=rejected,
         evaluations=evaluations,
         methods=methods,
-        stiff_time=math.inf if stiff < 0 else float(record.times[max(0, stiff - 1)]),
+        stiff_time=recording.stiff_time(record),
     )
