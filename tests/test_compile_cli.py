@@ -58,8 +58,8 @@ def test_what_is_left_is_compiled_and_the_second_call_has_nothing_to_do(samples,
     assert len(samples) == 1
 
 
-def test_kernels_in_use_are_those_of_the_samples():
-    used = compiling.kernels_in_use()
+def test_loaded_kernels_are_those_that_samples_reach():
+    used = compiling.loaded_kernels()
     assert all(kernel_stamp(kernel) for kernel in used)
     assert check_folding in used
     assert {continue_simulation, judge_clearance, update_held_joints} <= set(reached_kernels(check_folding))
@@ -69,7 +69,7 @@ CALLED = """
 import sys
 from numba.core.dispatcher import Dispatcher
 from hcsearch.api.compiling import SAMPLES, run_sample
-from hcsearch.kernels.compiling.compiled import kernels_in_use
+from hcsearch.kernels.compiling.compiled import loaded_kernels
 from hcsearch.kernels.compiling.under_way import has_kernels_of
 compile_for, called = Dispatcher._compile_for_args, set()
 def noted(kernel, *args, **options):
@@ -79,7 +79,7 @@ Dispatcher._compile_for_args = noted
 for name in SAMPLES:
     run_sample(name)
     assert has_kernels_of(name)
-assert called <= set(kernels_in_use())
+assert called <= loaded_kernels()
 for kernel in called:
     print(kernel.py_func.__module__, kernel.py_func.__name__)
 """
@@ -153,6 +153,7 @@ def test_a_terminal_says_that_kernels_are_compiled_and_a_pipe_does_not_at_once(m
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
     everything = under_way.missing_stamps([insert_fingerprints]) | {"one", "two"}
     monkeypatch.setattr(under_way._State, "missing", everything)
+    monkeypatch.setattr(under_way._State, "begun", time.monotonic())
     under_way.set_current_kernel(fingerprint_rows)
     done = len(everything) - len(under_way.uncompiled_stamps(everything))
     monkeypatch.setattr(under_way._State, "before", 7)  # compiled for earlier calls: the count never falls

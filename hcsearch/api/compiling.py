@@ -19,7 +19,7 @@ from hcsearch.api.enumerating import enumerate_into, plan_enumeration, run_enume
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import default_panel
-from hcsearch.kernels.compiling.compiled import kernels_in_use
+from hcsearch.kernels.compiling.compiled import loaded_kernels
 from hcsearch.kernels.compiling.numba_internals import has_internals
 from hcsearch.kernels.compiling.under_way import (
     has_kernels_of,
@@ -115,7 +115,7 @@ def compile_kernels(processes: int, progress: Progress | None = None) -> Compile
     """
     waiting = [name for name in SAMPLES if not has_kernels_of(name)]
     samples, begin = len(waiting), time.monotonic()
-    stamps = missing_stamps(kernels_in_use())  # more than the samples need: which these are shows when they run
+    stamps = missing_stamps(loaded_kernels())  # more than the samples need: which these are shows when they run
     running = dict[str, subprocess.Popen[str]]()
     try:
         while waiting or running:

@@ -97,14 +97,13 @@ def end_waiting() -> None:
                     setattr(module, name, value.made)
 
 
-def kernels_in_use() -> list[Any]:
-    """Return the kernels that modules outside of `hcsearch.kernels` have imported."""
+def loaded_kernels() -> set[Any]:
+    """Return the kernels of all modules that have been imported."""
     from numba.core.dispatcher import Dispatcher  # noqa: PLC0415
 
     end_waiting()
-    modules = [module for name, module in sys.modules.items() if name.startswith("hcsearch.")]
-    users = [module for module in modules if not module.__name__.startswith("hcsearch.kernels.")]
-    return [value for user in users for value in vars(user).values() if isinstance(value, Dispatcher)]
+    modules = [module for name, module in sys.modules.items() if name.startswith("hcsearch.kernels.")]
+    return {value for module in modules for value in vars(module).values() if isinstance(value, Dispatcher)}
 
 
 def _made(function: Any) -> Any:

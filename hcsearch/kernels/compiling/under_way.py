@@ -123,10 +123,10 @@ def has_kernels_of(job: str) -> bool:
     """Return whether the kernels recorded for a job can be called without compiling; true with numba's own cache."""
     if not has_internals():
         return True
-    folder = readable_folder()
-    with suppress(OSError, ImportError, AttributeError):  # none was recorded, or a kernel is no more
-        path = folder / CALLS_FILE_PATTERN.replace("*", job) if folder is not None else None
-        if path is not None and is_own_file(path):
-            names = (line.split() for line in path.read_text().splitlines())
-            return all(is_ready(getattr(importlib.import_module(module), name)) for module, name in names)
+    for folder in (readable_folder(), writable_folder()):
+        with suppress(OSError, ImportError, AttributeError):  # none was recorded, or a kernel is no more
+            path = folder / CALLS_FILE_PATTERN.replace("*", job) if folder is not None else None
+            if path is not None and is_own_file(path):
+                names = (line.split() for line in path.read_text().splitlines())
+                return all(is_ready(getattr(importlib.import_module(module), name)) for module, name in names)
     return False

@@ -181,7 +181,7 @@ def _scaled(built: ErrorMap, goals: Reals) -> tuple[Reals, Reals, Reals]:
     """Return goals and rows of closure for errors over their bounds, without errors that are 0, and T of the rows."""
     rows, inverse = built.independent_rows(built.bounds)
     some = built.bounds > 0.0
-    return goals[:, some] * built.bounds[some], np.ascontiguousarray(rows[:, some]), inverse
+    return np.ascontiguousarray(goals[:, some] * built.bounds[some]), np.ascontiguousarray(rows[:, some]), inverse
 
 
 def _plane_terms(built: ErrorMap, points: Reals) -> Reals:
