@@ -6,6 +6,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("NUMBA_OPT", "1")
 
 import sys
+from contextlib import suppress
+from pathlib import Path
 
 import pytest
 from filelock import FileLock
@@ -21,6 +23,8 @@ EXTRAS = (
     *("psutil", "psycopg", "trimesh", "waitress", "werkzeug"),
 )
 """Modules of extras and dependency groups; but pyarrow and sphinx, which pandas and SciPy take where installed."""
+
+DURATIONS = Path(__file__).parents[1] / ".ci/durations"
 
 # Tests of lines on progress set a time of their own; others compare standard error, however slow the machine is.
 progress._LINE_SECONDS = 3600.0
@@ -59,15 +63,24 @@ def run(tmp_path, monkeypatch, capfd):
     return lambda *words: run_here(words, capfd)
 
 
+def recorded_seconds():
+    """Seconds of the tests that took longest in the last run of `.ci/run` that passed, by their names."""
+    with suppress(OSError):
+        lines = DURATIONS.read_text(encoding="utf-8").splitlines()
+        return {name: float(seconds[:-1]) for seconds, _, name in (line.split(maxsplit=2) for line in lines)}
+    return {}
+
+
 def pytest_collection_modifyitems(config, items):
-    """Begin with what takes longest, on all workers, so that no core is left alone with it at the end.
+    """Begin with what took longest, on all workers, so that no core is left alone with it at the end.
 
     Each worker is given a part of the list to begin with. Parts have equal shares of what takes long, and whole modules
     of the rest, as a module's fixtures are made in each worker that runs a test of it.
     """
     workers = getattr(config, "workerinput", {}).get("workercount", 1)
-    long = [item for item in items if item.get_closest_marker("long")]
-    rest = [item for item in items if not item.get_closest_marker("long")]
+    seconds = recorded_seconds()
+    long = sorted((item for item in items if item.nodeid in seconds), key=lambda item: -seconds[item.nodeid])
+    rest = [item for item in items if item.nodeid not in seconds]
     left = len(items)
     items.clear()
     for worker in range(workers):

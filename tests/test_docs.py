@@ -79,7 +79,6 @@ def run_examples(document, folder, run):
         assert agrees(output, expected, numbers), f"{command}\n{output}\n{done.stderr}"
 
 
-@pytest.mark.long
 def test_shell_examples_of_the_readme(tmp_path):
     assert next(shell_examples(ROOT / "README.md"))[0] == "make run"
     run_examples(ROOT / "README.md", tmp_path, from_the_start)
@@ -88,13 +87,12 @@ def test_shell_examples_of_the_readme(tmp_path):
 
 RUN_ELSEWHERE = {"README.md", "identification.md", "CONTRIBUTING.md"}
 SHOWN = [path for path in DOCUMENTS if path.name not in RUN_ELSEWHERE and any(shell_examples(path))]
-LONG = {"flight.md", "tutorial.md", "worked_example.md", "panels_and_scenes.md"}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "document",
-    [pytest.param(path, marks=pytest.mark.long) if path.name in LONG else path for path in SHOWN],
+    SHOWN,
     ids=name_of,
 )
 def test_shell_examples_of_other_documents(document, tmp_path):

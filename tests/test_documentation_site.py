@@ -73,7 +73,6 @@ def site():
 
 
 @pytest.mark.extra
-@pytest.mark.long
 def test_the_site_has_all_public_names_its_version_and_outputs_of_notebooks(site):
     pages = site / "docs" / "reference" / "generated"
     for name in hcsearch.__all__:

@@ -12,7 +12,6 @@ ROOT = Path(__file__).parents[1]
 
 
 @pytest.mark.slow
-@pytest.mark.long
 def test_the_tests_are_read_where_no_extra_is_installed():
     collect = ["--collect-only", "--quiet", "-p", "no:cacheprovider", "-p", "no:xdist"]
     code = f"import pytest, sys; sys.modules.update(dict.fromkeys({EXTRAS})); sys.exit(pytest.main({collect}))"

@@ -41,7 +41,6 @@ def run(site, folder, *words):
 
 
 @pytest.mark.slow
-@pytest.mark.long
 def test_commands_of_a_wheel_run_in_another_folder(site, tmp_path):
     assert "deployed by springs" in run(site, tmp_path, "enumerate", "--grid", "hex", "--n", "6", "--db", "all.sqlite")
     run(site, tmp_path, "report", "--db", "all.sqlite", "--output", "all.html")

@@ -1,14 +1,12 @@
 import csv
 import json
 
-import pytest
 from click.testing import CliRunner
 
 from hcsearch.cli import hcsearch
 from tests import golden
 
 
-@pytest.mark.long
 def test_the_quick_bench(tmp_path):
     arguments = ["bench", "enumeration", "--quick", "--limit", "2", "--output", str(tmp_path / "out")]
     result = CliRunner().invoke(hcsearch, [*arguments, "--json", str(tmp_path / "all.json")], catch_exceptions=False)

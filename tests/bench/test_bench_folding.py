@@ -50,7 +50,6 @@ def test_wrong_numbers_and_failed_jobs_are_errors(monkeypatch, result):
 
 
 @pytest.mark.slow
-@pytest.mark.long
 def test_the_whole_bench(tmp_path):
     arguments = ["bench", "folding", "--quick", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
     assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0

@@ -45,7 +45,6 @@ def test_the_command_without_other_engines(tmp_path, monkeypatch):
 
 
 @pytest.mark.extra
-@pytest.mark.long
 def test_the_whole_bench(tmp_path):
     arguments = ["bench", "iftomm", "--quick", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
     assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0

@@ -130,7 +130,6 @@ def test_a_cluster_that_does_not_start_is_one_line(monkeypatch):
 
 
 @pytest.mark.extra
-@pytest.mark.long
 def test_the_whole_bench(tmp_path):
     with running_server() as server:
         arguments = ["--quick", "--postgresql", server.url("postgres"), "--json", str(tmp_path / "all.json")]

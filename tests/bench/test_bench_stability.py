@@ -311,7 +311,6 @@ def test_kernels_that_end_their_process_are_not_taken(monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.long
 def test_the_whole_bench(tmp_path):
     arguments = ["bench", "stability", "--quick", "--output", str(tmp_path), "--json", str(tmp_path / "all.json")]
     assert CliRunner().invoke(hcsearch, arguments, catch_exceptions=False).exit_code == 0

@@ -107,7 +107,6 @@ def run(*words, code=0):
 
 
 @pytest.mark.slow
-@pytest.mark.long
 def test_the_examples_of_its_help_work(tmp_path):
     for example in deploy.epilog.partition("Example: ")[2].splitlines():
         done = run(*shlex.split(example)[2:], code=None)

@@ -129,7 +129,6 @@ def test_twisted_and_locked_foldings_get_no_path(number, seed):
 
 
 @pytest.mark.slow
-@pytest.mark.long
 def test_ten_thousand_tries_of_twisted_and_locked_foldings_get_no_path():
     """Of the paths that other foldings of these lists have after 60 rounds, two rounds give more than half."""
     rng, every = np.random.default_rng(11), planners()

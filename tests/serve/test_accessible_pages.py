@@ -25,7 +25,6 @@ def report(database_file, tmp_path_factory):
     return path.as_uri()
 
 
-@pytest.mark.long
 def test_pages_are_accessible_and_fit_into_the_window(report, address, number, axe_script, tmp_path):
     pages = {
         report: CARDS,

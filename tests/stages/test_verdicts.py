@@ -71,9 +71,7 @@ def tens():
     return own, motion, deploy_foldings(own.circuits, own.foldings, own.mobility.locked, motion.met, DEFAULT)
 
 
-@pytest.mark.parametrize(
-    ("grid", "n", "twisted"), [pytest.param("hex", 12, 251, marks=pytest.mark.long), ("square", 14, 66)]
-)
+@pytest.mark.parametrize(("grid", "n", "twisted"), [("hex", 12, 251), ("square", 14, 66)])
 def test_no_twisted_folding_deploys(grid, n, twisted):
     _, shard = shard_of(grid, n, "twist")
     numbers = np.flatnonzero(shard.twists != 0).tolist()

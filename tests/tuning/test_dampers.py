@@ -224,7 +224,6 @@ def test_wrong_dampers_say_what_to_do(folder, words, message):
 
 
 @pytest.mark.slow
-@pytest.mark.long
 @pytest.mark.parametrize(("scene", "factor"), [("thesis", 1.6), ("default", 2.5)])
 def test_equal_springs_with_more_damping_open_the_array_of_the_thesis(scene, factor):
     linkage = linkage_named("thesis-4x4")

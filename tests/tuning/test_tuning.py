@@ -103,7 +103,6 @@ class Stopping(RunMemory):
 
 
 @pytest.mark.slow
-@pytest.mark.long
 @pytest.mark.parametrize("scene", ["thesis", "default"])
 def test_the_array_of_the_thesis_comes_flat_certified_clear(scene):
     linkage = linkage_named("thesis-4x4")
