@@ -1,6 +1,6 @@
 import pytest
 
-from hcsearch.basics.simulation_accuracy import (
+from hcsearch.basics.simulation_summaries import (
     SimulationAccuracy,
     TrialAccuracy,
     accuracy_of_trials,

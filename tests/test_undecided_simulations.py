@@ -5,7 +5,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from hcsearch.basics.undecided_simulations import (
+from hcsearch.basics.simulation_summaries import (
     UNDECIDED_REMEDIES,
     undecided_counts,
     undecided_ending,

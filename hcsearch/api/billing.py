@@ -9,7 +9,7 @@ from hcsearch.basics.vocabulary import Way
 from hcsearch.export.bill_items import BillOfMaterials, bill_of_case
 from hcsearch.scenes import Scene
 from hcsearch.subjects.case import Case, CaseSubject
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 

@@ -11,7 +11,7 @@ from hcsearch.designs.folding import Folding
 from hcsearch.scenes import Scene
 from hcsearch.search.own_patterns.checked import Checked
 from hcsearch.subjects.case import Case
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.work_steps import Progress
 

@@ -18,7 +18,7 @@ from hcsearch.springs.drive.driven_folding import (
     latch_facts,
 )
 from hcsearch.subjects.case import Case
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress

@@ -25,7 +25,7 @@ from hcsearch.search.pipeline import (
     run_into,
 )
 from hcsearch.search.stages.order import STAGES, check_keep
-from hcsearch.subjects.databases import Place, database_location, writing_database
+from hcsearch.subjects.names import Place, database_location, writing_database
 from hcsearch.subjects.stored_scenes import read_scene, scene_database
 from hcsearch.system.work_steps import Announcement, Progress, no_announcement, no_progress
 

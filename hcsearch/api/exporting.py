@@ -26,7 +26,7 @@ from hcsearch.export.export_files import (
 from hcsearch.export.formats import export_format_of
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.subjects.case import Case
-from hcsearch.subjects.databases import Place, reading_database
+from hcsearch.subjects.names import Place, reading_database
 from hcsearch.subjects.replay import Replay
 from hcsearch.subjects.stored_scenes import scene_asked_for
 from hcsearch.system.outputs import check_output, replacing_file

@@ -16,7 +16,7 @@ from hcsearch.motion.paths.linkage_motion import LinkageMotion, row_step
 from hcsearch.motion.paths.start_states import resolve_start
 from hcsearch.scenes import Scene
 from hcsearch.subjects.case import Case, CaseSubject
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress

@@ -24,7 +24,7 @@ from hcsearch.springs.identification.vibration import (
     identify_modes,
 )
 from hcsearch.subjects.case import Case, CaseSubject
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 

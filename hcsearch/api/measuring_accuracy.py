@@ -17,7 +17,7 @@ from hcsearch.springs.accuracy.work_rows import DEFAULT_TOLERANCE, TOLERANCES, w
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.omission_savings import omission_savings
 from hcsearch.subjects.case import Case, CaseSubject
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress

@@ -14,7 +14,7 @@ from hcsearch.motion.certificates import certifying
 from hcsearch.motion.certificates.certificate_grammar import SECONDS, Clock
 from hcsearch.scenes import Scene
 from hcsearch.subjects.case import Case
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.outputs import check_output, write_output
 from hcsearch.system.work_steps import Progress

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import QueryError
-from hcsearch.basics.undecided_simulations import undecided_sentences
+from hcsearch.basics.simulation_summaries import undecided_sentences
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import (
     SCENIC,
@@ -27,7 +27,7 @@ from hcsearch.store import (
 from hcsearch.store.columns import RANKING_CRITERIA
 from hcsearch.store.empty_results import empty_result_reason
 from hcsearch.store.rows import ResultRow
-from hcsearch.subjects.databases import Place, reading_database, writing_database
+from hcsearch.subjects.names import Place, reading_database, writing_database
 from hcsearch.subjects.stored_scenes import scene_asked_for
 from hcsearch.system.terminal import write_notice
 

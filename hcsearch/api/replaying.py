@@ -12,7 +12,7 @@ from hcsearch.motion.paths.linkage_motion import LinkageMotion
 from hcsearch.scenes import Scene
 from hcsearch.springs.deployment.deployment_facts import Deployed
 from hcsearch.subjects.case import Case
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.replay import Replay
 from hcsearch.subjects.replay_sources import replay_of_deployment, replay_of_motion
 from hcsearch.subjects.resolve import resolve

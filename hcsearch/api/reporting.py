@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hcsearch.api.kinds import check_kinds
-from hcsearch.subjects.databases import Place, reading_database
+from hcsearch.subjects.names import Place, reading_database
 from hcsearch.subjects.stored_scenes import scene_asked_for
 from hcsearch.system.outputs import check_output
 from hcsearch.web.report.page_files import MAX_PAGE_DESIGNS, write_report

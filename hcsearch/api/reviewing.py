@@ -14,7 +14,7 @@ from hcsearch.springs.flight.flight_sheet import FlightSheet, sheet_text
 from hcsearch.springs.flight.review import review
 from hcsearch.springs.flight.rules import read_rules
 from hcsearch.subjects.case import Case
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.outputs import check_output, write_output
 

@@ -14,7 +14,7 @@ from hcsearch.library.unit_search.unit_search import (
 )
 from hcsearch.motion.searching import Budget
 from hcsearch.store import record_units
-from hcsearch.subjects.databases import Place, writing_database
+from hcsearch.subjects.names import Place, writing_database
 from hcsearch.system.work_steps import Progress
 
 DEFAULT_COPY_COUNTS = (2, 4)

@@ -9,7 +9,7 @@ from hcsearch.api.kinds import check_kinds
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.store import check_scene, open_readonly
 from hcsearch.store.queries import STATEMENT_SECONDS
-from hcsearch.subjects.databases import database_location
+from hcsearch.subjects.names import database_location
 from hcsearch.subjects.stored_scenes import scene_asked_for
 from hcsearch.system.terminal import write_notice
 

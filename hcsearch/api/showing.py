@@ -10,7 +10,7 @@ from hcsearch.basics.errors import OutputError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding
 from hcsearch.subjects.case import Case
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.resolve import kind_of, resolve
 from hcsearch.system.outputs import check_output, write_output
 

@@ -24,7 +24,7 @@ from hcsearch.springs.tuning.spring_search import catalogue_levels
 from hcsearch.springs.tuning.spring_tuning import Tuning, tune_springs
 from hcsearch.springs.tuning.tuning_options import Spread, TuningOptions, damper_bounds
 from hcsearch.subjects.case import Case, CaseSubject
-from hcsearch.subjects.databases import Place, writing_database
+from hcsearch.subjects.names import Place, writing_database
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.terminal import write_notice
 from hcsearch.system.work_steps import Progress

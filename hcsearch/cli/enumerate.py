@@ -128,8 +128,7 @@ def _announce_none(plan: Plan, funnel: Funnel) -> None:
 
 
 def _print_summary(done: Enumeration) -> None:
-    from hcsearch.basics.simulation_accuracy import accuracy_sentences
-    from hcsearch.basics.undecided_simulations import undecided_sentences
+    from hcsearch.basics.simulation_summaries import accuracy_sentences, undecided_sentences
 
     plan, summary = done.plan, done.summary
     times = ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in summary.stage_times.items())

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcsearch.basics.array_values import ByValue
-from hcsearch.basics.simulation_accuracy import TrialAccuracy
+from hcsearch.basics.simulation_summaries import TrialAccuracy
 from hcsearch.basics.vocabulary import Way
 
 CircuitWords = NDArray[np.int8]

@@ -15,7 +15,7 @@ from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat, FileContent
 from hcsearch.export.settings import SETTING_NAMES, ExportSettings, ExportState
 from hcsearch.subjects.asked import Extent
 from hcsearch.subjects.case import Case
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.replay import Replay
 from hcsearch.subjects.resolve import resolve
 from hcsearch.system.work_steps import work_step

@@ -11,8 +11,7 @@ from typing import Any
 from sqlalchemy import ColumnElement, Connection, Select, and_, case, distinct, func
 from sqlalchemy import select as sql_select
 
-from hcsearch.basics.simulation_accuracy import SimulationAccuracy, TrialAccuracy, accuracy_of_trials
-from hcsearch.basics.undecided_simulations import undecided_counts
+from hcsearch.basics.simulation_summaries import SimulationAccuracy, TrialAccuracy, accuracy_of_trials, undecided_counts
 from hcsearch.basics.vocabulary import Status
 from hcsearch.designs.records import WorkKey
 from hcsearch.scenes import DEFAULT_SCENE_NAME

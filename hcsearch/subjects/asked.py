@@ -13,7 +13,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.scenes.looks import variant_parts
 from hcsearch.scenes.scene import with_size
 from hcsearch.scenes.scene_file import scene_in, scene_with
-from hcsearch.subjects.databases import Place
+from hcsearch.subjects.names import Place
 from hcsearch.subjects.stored_scenes import read_scene, scene_database
 
 Extent = Literal["folding", "array", "design", "results", "page"]

@@ -19,9 +19,15 @@ from hcsearch.scenes.looks import first_variant, variant_parts
 from hcsearch.scenes.scene_file import scene_file_text
 from hcsearch.subjects.asked import Asked
 from hcsearch.subjects.case import Case
-from hcsearch.subjects.databases import database_snapshot, reading_database
 from hcsearch.subjects.design_cases import CircuitCase, FoldingCase, StoredFolding, tried_variant, variant_of
-from hcsearch.subjects.names import is_id, only_folding, refuse_unknown, stored_circuit
+from hcsearch.subjects.names import (
+    database_snapshot,
+    is_id,
+    only_folding,
+    reading_database,
+    refuse_unknown,
+    stored_circuit,
+)
 from hcsearch.subjects.stored_designs import stored_design_in
 from hcsearch.subjects.stored_scenes import is_scene_file, only_scene, scene_asked_for, scene_database
 

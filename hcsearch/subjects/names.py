@@ -1,16 +1,20 @@
-"""Designs and scenes of deployments as users name them."""
+"""How users name designs, sizes and databases."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from pathlib import Path
+from typing import Any, TypeAlias
 
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, HcsearchError
 from hcsearch.designs.circuit import Circuit
 from hcsearch.designs.folding import Folding, foldings, no_folding_reason
 from hcsearch.scenes.scene import joined_name
+from hcsearch.store.location import refuse_missing_file
 from hcsearch.subjects.pattern_files import refuse_other_file
+from hcsearch.system.machine import default_database
 
 
 def is_id(name: str) -> bool:
@@ -79,3 +83,41 @@ def deployment_scene_name(row: Mapping[str, Any], verdict: store.StoredVerdict |
 def way_option_text(way: str | None) -> str:
     """Return the option of `hcsearch drive` for a joining of flat pairs; empty for None."""
     return "" if way is None else f" --flat-pairs {way}"
+
+
+Place: TypeAlias = "str | Path | store.Database"
+
+
+def database_location(db: Place | None) -> str:
+    """Return the location of a database: the one that is named, else HCSEARCH_DB, else hcsearch.sqlite."""
+    if db is None or isinstance(db, str | Path):
+        return default_database() if db is None else str(db)
+    return db.location
+
+
+def reading_database(db: Place | None) -> AbstractContextManager[store.Database]:
+    """Open a database to read."""
+    if db is None or isinstance(db, str | Path):
+        location = database_location(db)
+        refuse_missing_file(location)
+        return store.open_readonly(location)
+    return nullcontext(db)
+
+
+def writing_database(db: Place | None, *, create: bool) -> AbstractContextManager[store.Database]:
+    """Open a database to write."""
+    if db is None or isinstance(db, str | Path):
+        return store.open_database(database_location(db), create=create)
+    return nullcontext(db)
+
+
+@contextmanager
+def database_snapshot(db: Place | None) -> Iterator[tuple[store.Database | None, DatabaseError | None]]:
+    """Open a database to read all in one transaction; give the error in its place where that cannot be done."""
+    try:
+        opened = reading_database(db)
+    except DatabaseError as error:
+        yield None, error
+        return
+    with opened as database, database.snapshot() as held:
+        yield held, None

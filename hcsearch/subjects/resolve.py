@@ -15,10 +15,9 @@ from hcsearch.store.columns import column_names
 from hcsearch.store.failures import retry_if_changed
 from hcsearch.subjects.asked import Asked, Extent
 from hcsearch.subjects.case import Case, CaseSubject
-from hcsearch.subjects.databases import Place
 from hcsearch.subjects.design_reading import DesignReading
 from hcsearch.subjects.linkage_cases import AssemblyCase, LinkageCase
-from hcsearch.subjects.names import is_id
+from hcsearch.subjects.names import Place, is_id
 from hcsearch.subjects.pattern_case import PatternCase
 from hcsearch.subjects.pattern_files import PATTERN_SUFFIXES, refuse_other_file
 from hcsearch.subjects.stored_scenes import is_scene_file

@@ -15,8 +15,7 @@ from hcsearch.designs.twisting import twist
 from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene
 from hcsearch.store.conditions import find_quantity
 from hcsearch.store.quantity import Quantity
-from hcsearch.subjects.databases import Place, reading_database
-from hcsearch.subjects.names import deployment_scene_name, way_option_text
+from hcsearch.subjects.names import Place, deployment_scene_name, reading_database, way_option_text
 from hcsearch.subjects.stored_scenes import stored_scene
 from hcsearch.system.machine import default_database
 from hcsearch.system.terminal import short_number

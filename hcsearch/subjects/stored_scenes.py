@@ -13,7 +13,7 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, SCENES, Scene, joined_name, with
 from hcsearch.scenes.looks import variant_parts
 from hcsearch.scenes.scene import check_scene_name, warn_of_panel_size
 from hcsearch.scenes.scene_file import SUBJECT_KEYS, read_scene_file, read_scene_text, scene_in
-from hcsearch.subjects.databases import Place, database_snapshot
+from hcsearch.subjects.names import Place, database_snapshot
 from hcsearch.system.terminal import write_notice
 
 

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from hcsearch import store
 from hcsearch.basics.errors import DatabaseError, StageError
-from hcsearch.basics.simulation_accuracy import SimulationAccuracy, TrialAccuracy, accuracy_of_trials
-from hcsearch.basics.undecided_simulations import undecided_counts
+from hcsearch.basics.simulation_summaries import SimulationAccuracy, TrialAccuracy, accuracy_of_trials, undecided_counts
 from hcsearch.designs.panel_sizes import panel_text
 from hcsearch.designs.records import DesignBatch, StagedDesigns, StageResult, WorkKey
 from hcsearch.kernels.circuits.words import insert_fingerprints

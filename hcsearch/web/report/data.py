@@ -13,8 +13,7 @@ from importlib.metadata import version
 from typing import Any
 
 from hcsearch.basics.errors import DatabaseError, NotationError
-from hcsearch.basics.simulation_accuracy import accuracy_sentences
-from hcsearch.basics.undecided_simulations import undecided_sentences
+from hcsearch.basics.simulation_summaries import accuracy_sentences, undecided_sentences
 from hcsearch.designs.circuit import Circuit
 from hcsearch.scenes import DEFAULT_SCENE_NAME
 from hcsearch.store import Database, Summary, best_creases, rows_of_designs, scene_names, select, summarize

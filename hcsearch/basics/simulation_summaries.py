@@ -1,13 +1,60 @@
-"""The accuracy of the deployments of a search: what was left out, and the errors of flat times, in one line."""
+"""Summaries of the simulations of a search: undecided endings, omissions, and errors of flat times, in sentences."""
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterable
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
-from hcsearch.basics.vocabulary import counted, percent
+from hcsearch.basics.vocabulary import ENDINGS, counted, percent
+
+_COMPLIANT = "hcsearch deploy with --formulation compliant"
+_BRANCHING, _TOUCHING = "branch-singular", "contact not decided"
+UNDECIDED_REMEDIES = {
+    "moving": "a scene with more seconds",
+    "at rest": "other springs, as of hcsearch tune",
+    "stuck": "stiffer springs, or less friction or harness",
+    "jammed": _COMPLIANT,
+    "diverged": _COMPLIANT,
+    "out of steps": "hcsearch deploy with --formulation compliant or a larger --tolerance",
+    _BRANCHING: _COMPLIANT,
+    _TOUCHING: "hcsearch deploy with a smaller --tolerance",
+}
+"""By ending of an undecided simulation: what may decide it. A motion may become flat in several ways, depending on the
+tolerance, or touch other panels so nearly that a collision is neither certain nor excluded."""
+
+
+def undecided_ending(reason: str) -> str:
+    """Return how a simulation with an undecided verdict ended, of `UNDECIDED_REMEDIES`, by its stored reason."""
+    ending = next((ending for ending in ENDINGS if reason.startswith(f"{ending} at ")), "flat")
+    if ending == "flat":
+        return _BRANCHING if reason.startswith(_BRANCHING) else _TOUCHING
+    return ending
+
+
+def undecided_counts(reasons: Mapping[object, str]) -> dict[str, int]:
+    """Return the number of undecided simulations by their ending, the most frequent first; reasons : by folding."""
+    counts: dict[str, int] = defaultdict(int)
+    for reason in reasons.values():
+        counts[undecided_ending(reason)] += 1
+    return dict(sorted(counts.items(), key=lambda item: -item[1]))
+
+
+def undecided_sentences(counts: Mapping[str, int]) -> tuple[str, ...]:
+    """Return a sentence on foldings that no simulation decides, and one on what may decide them; none without any."""
+    if not counts:
+        return ()
+    endings = defaultdict(list)
+    for ending in counts:
+        endings[UNDECIDED_REMEDIES[ending]].append(ending)
+    listed = ", ".join(f"{ending} {count:,}" for ending, count in counts.items())
+    remedies = "; ".join(f"{' or '.join(names)}: {remedy}" for remedy, names in endings.items())
+    return (
+        f"not decided by simulation: {counted(sum(counts.values()), 'folding')} ({listed})",
+        f"these may decide: {remedies}",
+    )
 
 
 class SimulationAccuracy(NamedTuple):
