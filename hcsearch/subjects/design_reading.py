@@ -28,6 +28,7 @@ from hcsearch.subjects.names import (
     refuse_unknown,
     stored_circuit,
 )
+from hcsearch.subjects.replay_sources import folding_of_path
 from hcsearch.subjects.stored_designs import stored_design_in
 from hcsearch.subjects.stored_scenes import is_scene_file, only_scene, scene_asked_for, scene_database
 
@@ -128,6 +129,8 @@ class DesignReading:
         scene_name = scene_asked_for(database, named, asked.panel, grid=circuit.grid.name)
         is_named = bool(named or asked.panel)
         stored = stored_design_in(database, number, scene_name, alone=is_named, paths=is_page)
+        for path in stored.paths:
+            folding_of_path(path, circuit, database.location)
         chosen = _chosen(circuit, self.crease)
         in_scene = replace(asked, scene=scene_name, panel=None)
         readings = [self._reading_of(folding, in_scene) for folding in (chosen if is_page else ())]

@@ -41,7 +41,7 @@ def stored_circuit(database: store.Database, number: int, notation: str) -> Circ
 def refuse_unknown(name: str) -> None:
     """Refuse a name that is neither an id nor a notation."""
     refuse_other_file(name)
-    if not any(mark.isdigit() for mark in name) or not (name[0].isdigit() or ":" in name):
+    if not name[:1].isdigit() and ":" not in name:
         raise HcsearchError(
             f"there is no assembly {name!r}: see hcsearch assembly list, or name DESIGN:CREASE; or name a file .fold, "
             "or a notation such as hex:0234435011"

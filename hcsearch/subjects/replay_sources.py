@@ -197,11 +197,16 @@ def stored_replays(
     for path in store.find_paths(database, list(circuits), scene):
         circuit = circuits[path.design_id]
         panel = panel_of(values, circuit.grid.name)
-        try:
-            folding = folding_of(circuit, path.crease)
-        except HcsearchError:  # the circuit has no such folding
-            raise _damaged(database.location, circuit, path) from None
+        folding = folding_of_path(path, circuit, database.location)
         yield path, replay_of_stored_path(path, folding, panel, database.location)
+
+
+def folding_of_path(path: store.StoredPath, circuit: Circuit, location: str) -> Folding:
+    """Return the folding that a stored path moves; DatabaseError where the circuit has no such folding."""
+    try:
+        return folding_of(circuit, path.crease)
+    except HcsearchError:
+        raise _damaged(location, circuit, path) from None
 
 
 def _linkage_of(folding: Folding, panel: PanelSize, path: store.StoredPath) -> Linkage | None:
