@@ -79,7 +79,7 @@ class Circuit:
         Raises
         ------
         NotationError
-            For what is no circuit.
+            For a text that is no circuit.
         SizeError
             For more panels than an array has cells.
         """

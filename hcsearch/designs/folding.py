@@ -116,7 +116,7 @@ class Folding:
         Raises
         ------
         NotationError
-            For what is no folding.
+            For a text that is no folding.
         SizeError
             For more panels than an array has cells.
         """

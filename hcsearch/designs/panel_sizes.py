@@ -22,7 +22,7 @@ _PANEL = re.compile(rf"({_NUMBER})x({_NUMBER})(?:x({_NUMBER}))?", re.ASCII)
 
 
 def _side_lengths(grid: str) -> list[float]:
-    """The lengths of a panel's sides over the given one."""
+    """The lengths of a panel's sides over the given length."""
     corners = [complex(*corner) for corner in GRIDS[grid].corners((0, 0, 0))]
     return [abs(corner - before) for before, corner in zip(corners[-1:] + corners, corners, strict=False)]
 
@@ -85,9 +85,9 @@ def _read_across(text: str, grid: str) -> PanelSize:
 def panel_size_doubt(panel: PanelSize, grid: str | None = None, *, across: bool = False) -> str | None:
     """A sentence on sizes that are probably a mistake, with the likely ones; None where there is no doubt.
 
-    Doubtful are sides of less than 5 mm, as from a size in metres, or of more than 20 m, and panels thicker than half
-    their shortest side, as from sizes in another order. grid : of the panels, if known. across : whether the width
-    across flats was given.
+    Sides below 5 mm, as from a size in metres, or above 20 m are doubtful, and so are panels thicker than half their
+    shortest side, as from sizes in another order. grid : of the panels, if known. across : whether the width across
+    flats was given.
     """
     factor = (_across(grid) or 1.0) if across and grid is not None else 1.0
     share = 1.0 if grid is None else min(1.0, *_side_lengths(grid))
@@ -108,7 +108,7 @@ def panel_size_doubt(panel: PanelSize, grid: str | None = None, *, across: bool 
 
 
 def _faults(panel: PanelSize, share: float = 1.0) -> list[str]:
-    """The doubtful features of a panel's sizes, in words; share : of the shortest side in the given one."""
+    """The doubtful features of a panel's sizes, in words; share : shortest side over the given one."""
     length, width, thickness = panel
     shortest, longest = share * min(length, width), max(length, width)
     faults = [f"a side of less than {1e3 * LIKELY_MIN_SIDE:g} mm"] if shortest < LIKELY_MIN_SIDE else []

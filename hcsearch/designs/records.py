@@ -82,10 +82,10 @@ class DesignBatch(ByValue):
 class MobilityBatch(ByValue):
     """Degrees of freedom and locks of a batch of foldings, one entry each; `NO_NUMBER` where a number is missing.
 
-    kutzbach : the same for all foldings. dof, locked : of untwisted ones. kutzbach_merged, dof_merged : of those that
-    have panels to merge. locked, locked_hinged : whether one-sided hinges are proved to lock an end of the motion with
-    rigid flat pairs, and whether they still do with hinged ones (empty where that was not tested). Merged foldings are
-    locked where rigid ones are.
+    kutzbach : the same for all foldings. dof, locked : for untwisted foldings. kutzbach_merged, dof_merged : for
+    foldings with panels to merge. locked, locked_hinged : whether one-sided hinges are proved to lock an end of the
+    motion with rigid flat pairs, and whether they still do with hinged ones (empty where that was not tested). Merged
+    foldings are locked where rigid ones are.
     """
 
     kutzbach: int
@@ -115,9 +115,9 @@ class Trial:
     energy_error : greatest relative error of the energy balance. closure_error : greatest gap of the closed loop, m.
     method : the integrator. omitted : names of the omissions of the compiled scene. time_saved : the share of the work
     that these save, see `saved_share`.
-    needed_margin, least_gap : m, of one that deploys, else None: the least margin at which it is certified clear, and
+    needed_margin, least_gap : m, None unless it deploys: the least margin at which it is certified clear, and
     the least gap of the panels as built. Where these overlap, `clearance` equals `least_gap`.
-    error_angle, error_time : estimated errors of the fold angles (rad) and of `deploy_time` (s) of one that deploys.
+    error_angle, error_time : estimated errors of the fold angles (rad) and of `deploy_time` (s), if it deploys.
     as_crease : the crease of the congruent folding that was simulated in its place, or None.
     pairs : the joint of flat pairs. springs : the set of springs; empty for those of the scene.
     """
@@ -150,8 +150,9 @@ class StoredLock:
     """A proof that closed loops and stops separate the packed and the flat state of a folding.
 
     way : the joint of flat pairs. decides : whether it implies the lock for every joint that the scene allows.
-    end : packed or flat, the end that no motion leaves. cubes, faces : of fold angles, in the proof.
-    margin : m, up to which it holds for panels that do not pass through each other; None where it holds at every one.
+    end : packed or flat, the end that no motion leaves. cubes, faces : numbers of cubes of fold angles and of their
+    faces in the proof. margin : the greatest margin (m) at which it holds for panels that do not pass through each
+    other; None where it holds at every margin.
     """
 
     way: str
@@ -166,7 +167,7 @@ class StoredLock:
 class Evidence:
     """Results of the search for a motion of a folding, apart from its path.
 
-    efforts : number of efforts of `planning.schedule` that were made. lock : the widest that is proved. critical : the
+    efforts : number of efforts of `planning.schedule` that were made. lock : the widest proved lock. critical : the
     least play for each face at which a path is proved, also beyond the scene's margin; unmet : the greatest play below
     it, or of all that were tried, at which the search found no path; m, None where they were not searched.
     """
@@ -186,9 +187,9 @@ class MotionBatch(ByValue):
         negative where they overlap; slack : bound of the placement error of panels, m; NaN without a path. paths :
         states of that path, or of one that is not proved, (k, n_hinges). reason : a sentence; None where a folding was
         not searched.
-    as_crease : the crease of the congruent folding that was searched instead; None where the folding itself was, and
-        empty where all were. evidence : further results of the search; None where a folding was not searched, and
-        empty where none was.
+    as_crease : the crease of the congruent folding that was searched instead; None where the folding itself was
+        searched, and empty where all were. evidence : further results of the search; None where a folding was not
+        searched, and empty where none was.
     """
 
     flat_pairs: list[str | None]
@@ -224,10 +225,10 @@ class MotionBatch(ByValue):
 class DeploymentBatch(ByValue):
     """Results of deployments by springs of a batch of foldings in a scene, one entry each, and the deployments.
 
-    clearance (m), time (s) : of those that deploy, in the first scene in which they do; NaN else, the time also where
-        tolerances disagree on it.
-    margin, gap : m, of the same: the least play for each face at which they are certified clear, and the least gap of
-        the panels as built, negative where they overlap.
+    clearance (m), time (s) : for foldings that deploy, in the first scene in which they do; else NaN. The time is NaN
+        also where tolerances disagree on it.
+    margin, gap : m, for the same foldings: the least play for each face at which they are certified clear, and the
+        least gap of the panels as built, negative where they overlap.
     """
 
     clearance: NDArray[np.float64]
@@ -244,7 +245,7 @@ class DeploymentBatch(ByValue):
 
 FlightValue = int | float | str | None
 FlightNumbers = Mapping[str, FlightValue]
-"""The figures of a folding in a scene by which an engineer of space mechanisms chooses, by the names of their columns.
+"""The figures of a folding in a scene from which an engineer of space mechanisms chooses, by column name.
 
 Each is exact or a bound in the direction that docs/explanation/flight.md names and proves. SI units; None where one is
 not known.
@@ -265,7 +266,7 @@ def play_of_batch(
 
 
 class ResultNamed(Generic[ResultT]):
-    """A result of a stage among those of a batch of foldings; None where the stage has not run."""
+    """A named result of a stage on a batch of foldings; None where the stage has not run."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -300,10 +301,9 @@ class FoldingResults(ByValue):
 class StagedDesigns(FoldingResults):
     """Designs of a shard of the search, with the results of the stages that have run.
 
-    n_fixed : (n_circuits,), number of circuits that each represents: fixed ones, or those of the one array searched.
+    n_fixed : (n_circuits,), number of circuits that each represents: fixed ones, or circuits of the one array searched.
     of_designs : results by name, arrays with an entry for each design. budget : efforts of the search for motions of
-    each folding, None for the default; searched : (n_foldings,), number of these that were made before, None where none
-    were.
+    each folding, None for the default; searched : (n_foldings,), number of efforts made before, None where none were.
     """
 
     circuits: CircuitBatch
@@ -364,7 +364,7 @@ class VerdictBatch(FoldingResults):
     folding_status: list[str]
 
     def undecided_reasons(self) -> dict[int, str]:
-        """Return by folding the reason of the first undecided simulation, of those that no springs deploy."""
+        """Return the reason of the first undecided simulation of each folding that no springs deploy, by folding."""
         trials = () if self.deployment is None else self.deployment.trials
         undecided = [
             trial for trial in trials if trial.status == "undecided" and self.folding_status[trial.folding] != "deploys"
@@ -412,7 +412,7 @@ class StageResult:
     """Counts of one stage for one batch.
 
     passed : number of designs that passed (circuits: all of them; foldings: two-stack ones; twist: untwisted ones).
-    n_fixed : number of circuits that these represent: fixed ones, or those of the one array searched.
+    n_fixed : number of circuits that these represent: fixed ones, or circuits of the one array searched.
     """
 
     stage: str

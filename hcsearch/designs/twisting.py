@@ -56,7 +56,7 @@ def twist(folding: Folding) -> int:
 
 
 def _expect_folding(folding: Folding) -> None:
-    """Raise HcsearchError for what is no folding."""
+    """Raise HcsearchError for anything but a folding."""
     expect_kind(
         "the folding to measure", folding, Folding, "a Folding, such as Folding.from_notation('hex:0234550132:4')"
     )
@@ -95,7 +95,7 @@ def gauss_linking(folding: Folding) -> int:
 def folded_band(folding: Folding) -> tuple[list[LatticeVector], list[LatticeVector]]:
     """Corners of the closed centre line and of its parallel in the folded state, in whole numbers.
 
-    The unit is a sixteenth of that of `Grid.lattice_corners`.
+    The unit is a sixteenth of the unit of `Grid.lattice_corners`.
 
     A panel of layer z lies at height z; the lines run straight from crease to crease within a panel and straight up
     or down at a hinge. The parallel line crosses each crease on the left-hand side of the circuit, well

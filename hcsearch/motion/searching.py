@@ -13,10 +13,10 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Budget:
-    """What a search may take.
+    """The limits of a search.
 
-    efforts : in the unit of the search, such as rounds of trees or boxes of fold angles. seconds : after which no step
-    begins; with such a bound a result depends on the machine. seed : of random numbers.
+    efforts : in the unit of the search, such as rounds of trees or boxes of fold angles. seconds : time after which no
+    step begins; with such a bound a result depends on the machine. seed : of random numbers.
     """
 
     efforts: float = math.inf
@@ -43,12 +43,12 @@ class SteppedSearch(ABC, Generic[R]):
 
     @abstractmethod
     def step(self, budget: Budget) -> None:
-        """Make the next step, and where it can be divided, no more of it than a budget leaves."""
+        """Make the next step, or where it can be divided, as much of it as a budget leaves."""
 
     @property
     @abstractmethod
     def result(self) -> R:
-        """What is known after the steps so far."""
+        """The result after the steps so far."""
 
     def run(self, budget: Budget = UNBOUNDED) -> R:
         """Make steps until the search is done or its budget is spent; return the result."""

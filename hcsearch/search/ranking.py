@@ -26,7 +26,7 @@ from hcsearch.store.quantity import BetterDirection, Quantity
 
 
 def complete_weights(weights: Mapping[str, float]) -> dict[str, float]:
-    """Return weights of all criteria, in the order of the table: those of the table where none is given.
+    """Return weights of all criteria, in the order of the table; the table's own weights where none is given.
 
     QueryError for an unknown criterion, a weight that is negative or not finite, and where all weights are 0.
     """
@@ -119,7 +119,7 @@ def rank_designs(
 ) -> RankedDesigns:
     """Rank the designs selected by a query in a scene by the criteria with a positive weight.
 
-    weights : by criterion, 1 unless given; QueryError as of `complete_weights` and `select`.
+    weights : by criterion, 1 unless given; QueryError as in `complete_weights` and `select`.
     """
     chosen = complete_weights(weights or {})
     counted = [quantity for quantity in RANKING_CRITERIA if chosen[quantity.name]]

@@ -46,7 +46,7 @@ class Array:
         Raises
         ------
         ArrayError
-            For cells of another form, repeated or not connected, or none.
+            For cells of another form, repeated or unconnected cells, or no cells.
         SizeError
             For too many cells.
         """

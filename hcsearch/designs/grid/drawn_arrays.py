@@ -22,7 +22,7 @@ _COORDINATES = ("x", "y", "q", "r", "u", "k")
 def is_drawing(text: str) -> bool:
     """Whether a specification is a drawing: signs for cells, `.`, blanks, and slashes or line ends between rows.
 
-    A text of 0 and 1 only is one if it has several rows.
+    A text of 0 and 1 only is a drawing if it has several rows.
     """
     marks, rows = _marks(text), re.split("[/\n]", text)
     return (bool(marks) and marks <= set("X#O")) or ("1" in marks and marks <= set("10") and len(rows) > 1)
@@ -63,9 +63,10 @@ def array_in_file(grid: Grid, path: str) -> Array:
 
 
 def refuse_strange_row(rows: Mapping[int, str], kind: str) -> None:
-    """Refuse rows where some are drawn and others have further signs: NotationError with the first of the latter.
+    """Refuse rows where some are drawn and others have further signs: NotationError with the first such row.
 
-    rows : by their numbers. kind : row or line. Rows of digits are drawn only where no row has several words, as cells.
+    rows : by their numbers. kind : row or line. Rows of digits are drawn only where no row has several words, as listed
+    cells do.
     """
     signs = "X#O" if any(re.search(r"\S[\s,;]+\S", row) for row in rows.values()) else "X#O10"
     strange = [number for number, row in rows.items() if not _marks(row) <= {*signs}]
@@ -138,8 +139,8 @@ def _drawn_cells(grid: Grid, rows: Sequence[str]) -> list[Cell]:
     """The cells of a drawing, whose rows are given from the top; an X is one of `grid`'s shapes, as docs show them.
 
     On squares an X is a cell, or the square that the cells of a lattice point fill. On hexagons it is a hexagon, two
-    places wide, so that rows are shifted by one place. On triangles places alternate between upright ones, with the
-    first of the first row, and inverted ones.
+    places wide, so that rows are shifted by one place. On triangles places alternate between upright and inverted ones,
+    and the first place of the first row is upright.
     """
     places = [(column, k) for k, row in enumerate(rows) for column, mark in enumerate(row) if mark == "X"]
     if not places:

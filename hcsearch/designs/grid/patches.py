@@ -20,8 +20,8 @@ def parse_array(grid: Grid | str, spec: str) -> Array:
     parallelogram, `t5` a triangle of side 5, `h3` a hexagon of side 3 and `s1` a star with points of side 1, of
     triangles or hexagons; `XXX / X.X` is drawn, its rows from the top, between slashes or on lines; `@file` names a
     file with one cell a line, or with a drawing. On grids whose panels are parts of squares, triangles or hexagons,
-    these are cut into panels (docs/reference/grids.md has pictures): squares `6x5` of isosceles right triangles in two,
-    with their legs as sides. An array's own notation is read, too.
+    these are cut into panels (docs/reference/grids.md has pictures): isosceles right triangles halve the squares of
+    `6x5`, whose sides are their legs. An array's own notation is read, too.
 
     Parameters
     ----------

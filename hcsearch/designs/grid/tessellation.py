@@ -27,7 +27,7 @@ class Step(NamedTuple):
 class Tessellation(NamedTuple):
     """A tiling of the plane by mirror images of one polygon.
 
-    scale : units of corners to a unit of lattice points, in which cells and steps are placed.
+    scale : units of corners per unit of lattice points, in which cells and steps are placed.
     lattice : the two shortest translations, as lattice points. kinds : the corners of the cell of each kind at home,
         counterclockwise, the edge with the least direction first; kind 0 is the polygon itself.
     places : lattice points of these cells. steps : in the order of their angles, then of kinds.
@@ -49,7 +49,7 @@ def mapped(matrix: Matrix, point: LatticePoint) -> LatticePoint:
 
 @cache
 def axis_matrices(axes: int) -> tuple[list[Matrix], list[Matrix]]:
-    """Rotations by 0, 1, .. axes, and the reflections in the first axis that are followed by them."""
+    """Rotations by 0, 1, .. axes, and the reflection in the first axis followed by each of them."""
     (a, b, c, d), mirror = ((0, -1, 1, 1), (1, 1, 0, -1)) if axes == 6 else ((0, -1, 1, 0), (1, 0, 0, -1))
     turns: list[Matrix] = [(1, 0, 0, 1)]
     while len(turns) < axes:

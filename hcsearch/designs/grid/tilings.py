@@ -120,7 +120,7 @@ class Grid:
 
     @cached_property
     def kinds(self) -> int:
-        """Number of cells to a translation: 1 for squares and hexagons, 12 for 30-60-90 triangles."""
+        """Number of cells per translation: 1 for squares and hexagons, 12 for 30-60-90 triangles."""
         return len(self._tessellation.kinds)
 
     @cached_property
@@ -187,7 +187,7 @@ class Grid:
 
     @cached_property
     def point_group(self) -> tuple[LatticeIsometry, ...]:
-        """The tiling's rotations and reflections, the identity first; 8 on right angles, 4 of rectangles, else 12."""
+        """The tiling's rotations and reflections, the identity first; 8 for right angles, 4 for rectangles, else 12."""
         turns, mirrors = axis_matrices(self.axes)
         found = []
         for sign, matrices in ((1, turns), (-1, mirrors)):
@@ -259,12 +259,12 @@ class Grid:
 
     @property
     def columns_per_cell(self) -> int:
-        """Number of bits of a row of `Array.rows` to an x: 2 where the number of kinds is even, else 1."""
+        """Number of bits of a row of `Array.rows` per x: 2 where the number of kinds is even, else 1."""
         return 2 - self.kinds % 2
 
     @property
     def rows_per_cell(self) -> int:
-        """Number of rows of `Array.rows` to a y."""
+        """Number of rows of `Array.rows` per y."""
         return self.kinds // self.columns_per_cell
 
     def row_of(self, cell: Cell) -> tuple[int, int]:
@@ -282,7 +282,7 @@ class Grid:
     def row_moves(self) -> list[list[tuple[int, int, int, int]]]:
         """Moves in `Array.rows` by the image of each step under each element of the point group.
 
-        The first numbers are increments of column and row, the others column and row from which the step starts,
+        The first numbers are increments of column and row; the others are the column and row where the step starts,
         counted within its lattice point.
         """
         moves = []
@@ -374,7 +374,7 @@ class Grid:
 
     @property
     def corner_scale(self) -> int:
-        """Units of `lattice_corners` to a unit of lattice points: 2 for squares, 3 for hexagons, else 1."""
+        """Units of `lattice_corners` per unit of lattice points: 2 for squares, 3 for hexagons, else 1."""
         return self._tessellation.scale
 
     def edge_corners(self, cell: Cell, step: int) -> tuple[LatticePoint, LatticePoint]:

@@ -114,7 +114,7 @@ def _turn(tiling: Grid, step: int, to: int) -> int:
 
 
 def _first_steps(tiling: Grid) -> list[int]:
-    """The least image of each step under rotations, of a cell of kind 0 where there is one."""
+    """The least image of each step under rotations, from a cell of kind 0 where there is one."""
     rotations = [isometry for isometry in tiling.point_group if isometry.sign > 0]
     return [
         min(

@@ -1,4 +1,4 @@
-"""The 8R element, made of ten isosceles triangles (thesis 5.1), and units I to III of four of them (thesis 5.2).
+"""The 8R element, made of ten isosceles triangles (thesis 5.1), and units I to III of four such elements (thesis 5.2).
 
 The slit runs from V1 at the origin to V2 at (d, 0), d the equal side. Going round V1 from the slit, the sectors are
 gamma, gamma, alpha, alpha, alpha, alpha: P3, the two triangles of the parallelogram P4, P5, P6, P7. The other

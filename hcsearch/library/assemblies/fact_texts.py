@@ -13,10 +13,10 @@ _APART = {"published", "undecided", "notes", "slit", "hindrances"}
 
 
 def fact_rows(facts: AssemblyFacts) -> Iterator[tuple[str, str]]:
-    """Yield the name and the value of each fact, with the reasons for what is undecided; the thesis's values apart."""
+    """Yield the name and the value of each fact, with reasons for undecided ones, but without the thesis's values."""
     for name, value in facts.items():
         if name in _APART or (value is None and name not in facts["undecided"]):
-            continue  # the latter is not about this assembly
+            continue  # without a reason, the fact is not about this assembly
         label, unit = _label(name)
         yield label, f"undecided: {facts['undecided'][name]}" if value is None else f"{fact_text(value)}{unit}"
     for reason in facts["hindrances"]:

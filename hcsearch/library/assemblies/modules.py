@@ -129,7 +129,7 @@ def module_i(parameters: Parameters) -> Pattern:
 def module_ii(parameters: Parameters) -> Pattern:
     """Return module II: one inverted vertex and its images in two mirrors, slit along the second (thesis Fig. 6.9).
 
-    The hinges on that mirror lie on the face of the diagonals: on the other one panels overlap when folded.
+    The hinges on that mirror lie on the face of the diagonals: on the other face panels overlap when folded.
     """
     side = parameters.side
     vertex = square_sheet(("\\.", ".\\"), side, parameters.thickness).inverted()

@@ -15,7 +15,7 @@ MIN_ASSEMBLY_LENGTH, MAX_ASSEMBLY_LENGTH = 1e-15, 1e6
 MIN_BASE_ANGLE, MAX_BASE_ANGLE = 1e-4, 90 - 1e-4
 """Range of base angles of isosceles triangles, degrees."""
 MAX_ASSEMBLY_PARTS = 1000
-"""Limit of columns times rows of an array, at about a minute and half a gigabyte."""
+"""Limit of columns times rows of an array, which takes about a minute and half a gigabyte."""
 
 
 def check_base_angle(degrees: float) -> None:

@@ -57,7 +57,7 @@ CreaseMatch = tuple[FacetPair, FacetPair]
 
 
 def placements(fixed: Pattern, moving: Pattern, matches: Sequence[CreaseMatch]) -> list[Isometry]:
-    """Return the isometries that lay creases of a pattern onto those of another one, on the same faces.
+    """Return the isometries that lay creases of a pattern onto creases of another, on the same faces.
 
     A reflection turns the sheet over. One crease leaves four isometries at most: either end on either end, the sheet
     turned over or not.

@@ -33,7 +33,7 @@ MAX_RATIO_DENOMINATOR = 100
 class LayerColumn:
     """All cells of the footprint with the same filled layers.
 
-    layers : the filled ones, counted from the lowest of the package, 0; a layer filled twice is listed twice.
+    layers : the filled layers, counted from 0, the lowest of the package; a layer filled twice is listed twice.
     area : in square metres.
     """
 
@@ -60,7 +60,7 @@ class LayerColumn:
 class Package:
     """A folded pattern (thesis 5.2.2); metres, square and cubic metres.
 
-    flat_area : of the pattern in the flat state, all panels in one plane.
+    flat_area : area of the pattern in the flat state, all panels in one plane.
     columns : the largest area first.
     """
 

@@ -35,7 +35,7 @@ _UNITS: dict[str, tuple[Callable[[Parameters], Pattern], str]] = {"I": (unit_i, 
 
 @dataclass(frozen=True)
 class TilingStep:
-    """A unit added to the first one; joints : those that merge, its own first (`a1=c1`)."""
+    """A unit added to the first one; joints : pairs that merge, its own joint first (`a1=c1`)."""
 
     kind: str
     joints: str
@@ -63,7 +63,7 @@ class Laying:
 
 
 def tessellate(parameters: Parameters, first: str, *steps: TilingStep) -> Pattern:
-    """Add units to a first one; loops are the elements, each once, those of the first unit first."""
+    """Add units to a first one; loops are the elements, each once, the first unit's first."""
     build, names = _UNITS[first]
     pattern = build(parameters)
     for step in steps:

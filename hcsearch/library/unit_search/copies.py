@@ -82,7 +82,8 @@ IDENTITY_PLACEMENT = CopyPlacement(Isometry(False, 1.0 + 0.0j, 0.0j), 1)
 class CopyOverlap:
     """The overlap of two copies.
 
-    facets, hinges : number of shared ones. creases_in_slits : number of creases of one copy in slits of the other.
+    facets, hinges : numbers of shared facets and hinges. creases_in_slits : number of creases of one copy in slits of
+    the other.
     agrees : whether no facets overlap partially and no creases differ.
     """
 
@@ -146,7 +147,7 @@ class CopySheet:
         return CopyOverlap(len(fixed), hinges, creases_in_slits, agrees)
 
     def _clash(self, motion: CopyPlacement) -> bool:
-        """Whether facets of a copy overlap those of the element partially."""
+        """Whether facets of a copy partially overlap facets of the element."""
         moved = [motion.isometry(points) for points in self.corners]
         return facets_clash(_facets(self.corners), _facets(moved), SAME_POINT_DISTANCE_SHARE)
 

@@ -1,11 +1,11 @@
 """Elements of the unit search: foldings with rigid flat creases, on regular grids or with isosceles triangles.
 
-Of all pairs of opposite creases only the flat ones of a two-stack folding can be rigid: any other crease is closed in
-the stacks, where its panels lie on each other, while they lie side by side in the flat state.
+Among pairs of opposite creases, only the flat creases of a two-stack folding can be rigid: any other crease is closed
+in the stacks, where its panels lie on each other, while they lie side by side in the flat state.
 
 In the stacks every panel lies on one of two base triangles, which are adjacent along the flat creases. Unfolding each
 stack by reflections about its creases gives the flat state, where the second flat crease must fit and panels that
-share a corner on the regular grid must still share it. Source: thesis 5.3.2, which requires it of the circuit of ten.
+share a corner on the regular grid must still share it. Source: thesis 5.3.2, which requires it for the circuit of ten.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Element:
     """A folding with rigid flat creases.
 
     merged : whether panels that meet on a mirror axis through the flat creases are merged.
-    shape : of isosceles triangles: the corner of the apex and the position of outer triangles; empty on regular grids.
+    shape : for isosceles triangles, the corner of the apex and the position of outer triangles; empty on regular grids.
     alpha : base angle of isosceles triangles in degrees; None on regular grids.
     """
 
@@ -105,7 +105,7 @@ def _rigid_pair(folding: Folding | None, crease: int, half: int) -> RigidPair:
 
 
 def elements_of(folding: Folding) -> list[Element]:
-    """Return the element of a folding on its regular grid, and that with merged mirror pairs if there are any."""
+    """Return the element of a folding on its regular grid, and the one with merged mirror pairs if there are any."""
     size = default_panel(folding.circuit.grid.name)
     variants = [Element(folding, False, folding.pattern(size))]
     if folding.mirror_pairs:
@@ -114,7 +114,7 @@ def elements_of(folding: Folding) -> list[Element]:
 
 
 def elements_of_designs(grid: str, n: int) -> Iterator[Element]:
-    """Yield the elements with a folded state of all untwisted foldings of n panels."""
+    """Yield the elements with a folded state from all untwisted foldings of n panels."""
     for folding in untwisted_foldings_of(grid, n):
         for element in elements_of(folding):
             if element.linkage.n_hinges and closes_when_folded(element.linkage):

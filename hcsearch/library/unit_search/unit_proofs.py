@@ -28,7 +28,8 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
 SAME_FOLDED_FACET_SHARE = 1e-3
-"""Distance of centres of folded facets in one place, over the thickness; layers are a thickness apart."""
+"""Folded facets are in one place if their centres are nearer than this share of the thickness; layers are a thickness
+apart."""
 CONTACT_SAMPLE_SHARES = (1 / 3, 2 / 3)
 """Positions of contact tests between two states of a motion, as shares of the step."""
 
@@ -144,7 +145,7 @@ def prove_unit(pattern: Pattern) -> UnitProof:
 
 
 def _motion(linkage: Linkage) -> _Motion:
-    """Search for a motion from the folded state; where no branch reaches the flat state, one driven by springs."""
+    """Search for a motion from the folded state; where no branch reaches the flat state, for one driven by springs."""
     if has_locked_end(linkage):
         return _Motion(0, "locked")
     limits = PathLimits(goal="flat")

@@ -129,7 +129,7 @@ class ElementSearchResult:
 
 
 UNIT_SEARCH_BUDGET = Budget(efforts=20_000)
-"""The default budget of the search over one element: of unions."""
+"""The default budget of the search over one element, in unions."""
 
 
 def find_units(

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 Reals = np.ndarray[Any, np.dtype[np.float64]]
-EPS, TINY = 2.0**-52, 2.0**-500  # twice the relative error of an operation; more than what underflows
-TERMS, REST = 17, 2.0**-66  # of the series of sines, and what is left of them at angles up to 4
+EPS, TINY = 2.0**-52, 2.0**-500  # twice the relative error of an operation; more than any underflow
+TERMS, REST = 17, 2.0**-66  # terms of the series of sines, and their remainder at angles up to 4
 
 
 def up(value: Any, steps: int) -> Any:
-    """Return no less than a value above 0 that was computed by so many operations with numbers above 0."""
+    """Return an upper bound of a positive value that was computed by so many operations with positive numbers."""
     return value * (1.0 + (steps + 2) * EPS) + TINY
 
 
@@ -42,7 +42,7 @@ def sines(angles: Reals) -> tuple[Reals, Reals]:
 class Ball:
     """Matrices of at most 3 rows and columns, (..., m, n), each up to a radius in the spectral norm, (...).
 
-    size : bounds of the norms of the exact matrices. That of a rotation is 1, so that radii of products add up.
+    size : bounds of the norms of the exact matrices. The norm of a rotation is 1, so that radii of products add up.
     """
 
     def __init__(self, mid: Any, rad: Any, size: Any) -> None:
@@ -104,7 +104,7 @@ def exact(vectors: Any) -> Ball:
 
 
 def crossed(vectors: Ball) -> Ball:
-    """Return the matrices of cross products with vectors, whose norms are the lengths of these."""
+    """Return the matrices of cross products with vectors; their norms are the lengths of the vectors."""
     x, y, z = np.moveaxis(vectors.mid[..., 0], -1, 0)
     matrices = np.stack([0 * x, -z, y, z, 0 * x, -x, -y, x, 0 * x], -1).reshape(*x.shape, 3, 3)
     return Ball(matrices, vectors.rad, vectors.size)
@@ -128,7 +128,7 @@ def lattice(points: Any, root: int) -> Ball:
 
 
 def directions(ways: Ball) -> Ball:
-    """Return the vectors of length 1 along others, which are not 0."""
+    """Return unit vectors along vectors that are not 0."""
     length = np.sqrt((ways.mid[..., 0] ** 2).sum(-1))
     rad = up(2.0 * ways.rad / length + 6 * EPS, 6)
     return Ball(ways.mid / length[..., None, None], rad, np.ones_like(rad))

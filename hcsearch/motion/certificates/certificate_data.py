@@ -25,8 +25,8 @@ from hcsearch.shape.linkage import Linkage
 from hcsearch.shape.pattern import Pattern
 
 WANDER_LIMIT_SHARES = (0.02, 0.004, 0.0008)
-"""Greatest deviations of closed states from a piece (rad), summed over hinges, over the margin as a share of the
-array's size; the next is used where the states of neighbouring pieces are not joined."""
+"""Greatest deviations of closed states from a piece (rad), summed over hinges and divided by the margin as a share of
+the array's size; the next is used where the states of neighbouring pieces are not joined."""
 MAX_REFINEMENT_HALVINGS = 16
 """Greatest number of halvings of a step."""
 REFINEMENT_BATCH_SIZE = path_checker.BATCH
@@ -35,12 +35,12 @@ StepSpan = tuple[int, float, float]
 """A step of a path, and the shares of it at which the span begins and ends."""
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what overflows proves nothing
+@np.errstate(over="ignore", invalid="ignore")  # an overflow proves nothing
 def stretch_data(array: Array, tube: Tube, closed: list[int], margin: float) -> tuple[dict[str, Any], list[int]]:
     """Return a stretch as a certificate holds it, and which hinges are closed (1) at its end.
 
-    closed : at its beginning. margin : over the size of the array. NotProvedError where the checker does not prove the
-    stretch, however short its pieces are.
+    closed : flags of the hinges that are closed at its beginning. margin : as a share of the array's size.
+    NotProvedError where the checker does not prove the stretch, however short its pieces are.
     """
     track = tube.track
     if track is None:
@@ -85,7 +85,7 @@ class _Refinement:
         return {"kind": "cubics", "times": times, **rows}
 
     def _spans(self) -> list[StepSpan]:
-        """The steps, the first and the last one cut where they leave a state with singular closure."""
+        """The spans of the steps; the first and the last one are cut where they leave a state with singular closure."""
         spans: list[StepSpan] = [(step, 0.0, 1.0) for step in range(len(self.cubics))]
         begin, end = self.leaves
         if begin:
@@ -98,7 +98,7 @@ class _Refinement:
     def _left(self, side: int) -> float:
         """Return the share of a step that leaves the first or the last state; 0 where closure is regular there.
 
-        Half of the first share that is proved, of 1, 1/2, 1/4, ...: deviations beside it are smaller there.
+        It is half of the first share among 1, 1/2, 1/4, ... that is proved: deviations are smaller there.
         """
         state = [round(angle / math.pi) for angle in self.ends[side]]
         rows, wrenches = self.array.equations(state, self.moving)
@@ -172,7 +172,7 @@ def array_data(linkage: Linkage) -> dict[str, Any]:
 
 
 def _facets(pattern: Pattern, hinge: int) -> list[int]:
-    """Two facets that share an edge along a hinge, the one of its first panel first."""
+    """Two facets that share an edge along a hinge; the facet of its first panel comes first."""
     first, second = next(
         pair for pair, crease in pattern.creases.items() if crease.face and pattern.hinge_of(pair) == hinge
     )

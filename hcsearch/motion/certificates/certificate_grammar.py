@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 FORMAT, VERSION, KINDS = "hcsearch certificate", 1, ("path", "lock", "collision")
-MAX_BYTES, MAX_CLAIMS, MAX_CHARACTERS, MAX_DIGITS = 16 * 2**20, 10, 1000, 40  # of a file, of texts, and of numbers
+MAX_BYTES, MAX_CLAIMS, MAX_CHARACTERS, MAX_DIGITS = 16 * 2**20, 10, 1000, 40  # limits of a file, a text, a number
 MAX_LISTS = 500_000  # lists and objects of a file: each takes the memory of a hundred of its characters
 MAX_SIZE, MAX_WHOLE = 1500, 10**6  # facets times the corners of the largest one, and hinges; whole coordinates
 SECONDS = 50.0  # the time for a file
@@ -88,7 +88,7 @@ def real(value: Any, what: str) -> float:
 
 
 def lists(data: Any, key: str, count: int | None = None) -> list[list[Any]]:
-    """Return the value of a key, which is a list of lists, of so many if a number is given."""
+    """Return the value of a key, which is a list of lists; if a count is given, it has so many."""
     value = entry(data, key, list)
     formed(count in (None, len(value)) and all(isinstance(own, list) for own in value), f"its key {key} holds no lists")
     return list(value)
@@ -131,7 +131,7 @@ class Hinge(NamedTuple):
 
 
 def is_convex(corners: list[list[int]]) -> bool:
-    """Whether corners differ, and all of them are on the left of each side, or on it, and some are on the left."""
+    """Whether corners differ, none is on the right of any side, and some are on the left."""
     points = np.array(corners)
     if len(np.unique(points, axis=0)) < len(points):
         return False
@@ -189,9 +189,9 @@ def checksum(data: dict[str, Any]) -> str:
 
 
 def parsed(content: bytes) -> Any:
-    """Return the data of a file: JSON whose numbers have at most `MAX_DIGITS` digits, and whose keys stand once."""
+    """Return the data of a file: JSON with numbers of at most `MAX_DIGITS` digits, and without repeated keys."""
     formed(len(content) <= MAX_BYTES, f"it is larger than {MAX_BYTES // 2**20} MiB")
-    count = content.count(b"[") + content.count(b"{")  # before they are read
+    count = content.count(b"[") + content.count(b"{")  # before the data are read
     formed(count <= MAX_LISTS, f"it has more than {MAX_LISTS} lists and objects")
 
     def short(kind: Callable[[str], Any]) -> Callable[[str], Any]:
@@ -244,7 +244,7 @@ def claims_of(data: Any) -> list[dict[str, Any]]:
 def judged(claim: Any, clock: Clock | None, check: Callable[[Any, Clock], str]) -> str:
     """Return what a check proves of a claim; NotProvedError and its kinds if it does not."""
     try:
-        with np.errstate(all="ignore"):  # what overflows proves nothing
+        with np.errstate(all="ignore"):  # an overflow proves nothing
             return check(claim, clock or Clock())
     except (ArithmeticError, np.linalg.LinAlgError) as error:
         raise NotProvedError(f"it is not computed ({error})") from error

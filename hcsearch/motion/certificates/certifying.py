@@ -64,9 +64,9 @@ def prove_folding(
 ) -> tuple[dict[str, Any], list[str]]:
     """Prove a path or a lock of a folding; return its certificate as plain data, and what `verify_certificate` says.
 
-    panel : size of its panels, m. ways : of joining flat pairs that are tried. margin : as of `plan_motion`.
+    panel : size of its panels, m. ways : the ways of joining flat pairs that are tried. margin : as in `plan_motion`.
 
-    The checkers have proved the certificate. It is of the canonical circuit, in whichever form the folding is given.
+    The checkers have proved the certificate. Its circuit is canonical, in whichever form the folding is given.
     budget : efforts of the search. HcsearchError where nothing is proved by these.
     """
     folding = Folding.from_notation(folding.notation)
@@ -89,9 +89,9 @@ def prove_pattern(
     budget: int = DEFAULT_PROOF_BUDGET,
     progress: Progress | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
-    """Prove a path or a lock of a pattern that is no design, as `prove_folding`; name : of its file.
+    """Prove a path or a lock of a pattern that is no design, as `prove_folding`; name : of the file.
 
-    progress : called with the numbers of efforts that are done and of all.
+    progress : called with the number of efforts done and the number of all efforts.
 
     HcsearchError also where its points lie on no lattice of a tiling, in whose whole numbers certificates are written,
     where these numbers are too large for the checkers, where hinges are between their stops in the packed state, or
@@ -103,7 +103,7 @@ def prove_pattern(
             f"{name} states a packed state with hinges between 0 and 180 degrees, and certificates begin at states in "
             "whole numbers: see what hcsearch check says of it, or give the pattern without this state"
         )
-    array_data(linkage)  # before the search: it refuses what no certificate holds
+    array_data(linkage)  # before the search: it refuses arrays that no certificate holds
     motion = PlannedMotion(None, None, None, ())
     for done in range(budget):
         if progress is not None:
@@ -117,9 +117,9 @@ def prove_pattern(
 
 
 def _refuse_dependent_closure(linkage: Linkage, states: Reals, name: str) -> None:
-    """Refuse a path, (k, n_hinges), where fewer equations than all are independent at each of its states.
+    """Refuse a path, (k, n_hinges), if its closure equations depend on each other at each of its states.
 
-    The equations are those of the group in which its hinges turn. A path through flat-folded states is not judged,
+    The equations belong to the group in which its hinges turn. A path through flat-folded states is not judged,
     since it is proved in parts, each in a group of its own.
     """
     inner = states[1:-1]
@@ -205,7 +205,7 @@ def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Itera
 
 
 def read_certificate(path: str) -> Any:
-    """Read the data of a certificate; InputFileError as of `read_binary_file`, CertificateError if they are no JSON."""
+    """Read the data of a certificate; InputFileError as in `read_binary_file`, CertificateError if they are no JSON."""
     try:
         return parsed(read_binary_file(path, "the certificate", max_bytes=MAX_BYTES))
     except NoCertificateError as refused:
@@ -229,9 +229,9 @@ def verify_certificate(data: Any, clock: Clock | None = None) -> list[str]:
 
 
 def _verified(data: Mapping[str, Any], claim: Any, clock: Clock) -> str:
-    """Check that a claim is of the named array, and prove it; return it as a sentence.
+    """Check that a claim is about the named array, and prove it; return it as a sentence.
 
-    The array of a pattern is that which the certificate holds, as its file is not at hand.
+    For a pattern, the certificate's own array counts, as its file is not at hand.
     """
     clock.check()
     array = ArrayData(claim.get("array"))
@@ -245,7 +245,7 @@ def _verified(data: Mapping[str, Any], claim: Any, clock: Clock) -> str:
 
 
 def _check_named(data: Mapping[str, Any], claim: Mapping[str, Any]) -> None:
-    """Check that the array of a claim is that of the named folding, with the named panels and joining of flat pairs."""
+    """Check that the array of a claim belongs to the named folding, panels and joining of flat pairs."""
     name, panel, way = printable(data["of"]), printable(data["panel_mm"]), claim.get("pairs")
     if way not in WAYS:
         raise CertificateError(f"it names no joining of flat pairs: write {', '.join(WAYS)}")

@@ -25,13 +25,13 @@ else:  # a program by itself, in a folder with the other ones
 Reals = np.ndarray[Any, np.dtype[np.float64]]
 Form = tuple[Reals, Reals, Reals]  # value, slopes and error: value + slopes . d + error for offsets d in boxes
 EPS, up = balls.EPS, balls.up
-TRIES, TOUCH = 3, 1e-5  # piercings that are tried in a box; panels that are pierced less are taken to be clear
-PAIRS, CORNERS, SLACK = 10_000, 12, 1e-11  # limits of the format; what facets are shrunk by, beyond the margin
-UP, SIDE = np.array([0.0, 0.0, 1.0]), 4.0  # no angle of a box is further from its middle
+TRIES, TOUCH = 3, 1e-5  # piercings that are tried in a box; depth below which panels count as clear
+PAIRS, CORNERS, SLACK = 10_000, 12, 1e-11  # limits of the format; extra shrinking of facets, beyond the margin
+UP, SIDE = np.array([0.0, 0.0, 1.0]), 4.0  # up; no angle of a box is further than this from its middle
 
 
 class Pair:
-    """Two facets less a margin as prisms, with the paths between; a segment of the second may pierce the first."""
+    """Two facets as prisms less a margin, and the paths between them; a segment of the second may pierce the first."""
 
     def __init__(self, one: Any, two: Any, height: float, margin: float, ways: list[Any]) -> None:
         self.ways, self.low, self.high = ways, margin, height - margin
@@ -45,7 +45,7 @@ class Pair:
         self.segments = np.array(upright + [(i, j) for i in corners for j in corners if i < j != i + 2 * n + 1]).T
 
     def pierced(self, middles: Reals, radii: Reals) -> tuple[Reals, Any, Any, Reals]:
-        """Return the deepest piercings at middles of boxes: depths, 0 without, paths, both samples, and heights."""
+        """Return the deepest piercings at middles of boxes: depths (0 if none), paths, both samples, and heights."""
         count = np.arange(len(middles))
         by = np.argmin([radii[:, way.hinges].sum(1) for way in self.ways], 0)
         x = np.zeros((len(middles), *self.samples.shape))
@@ -86,7 +86,7 @@ class Pair:
 
 
 class Traced:
-    """The position of a point, or of a vector between two (`fixed` false), along normals in boxes, as forms [13]."""
+    """Position of a point, or of a vector between two points (`fixed` false), along normals in boxes, as forms [13]."""
 
     def __init__(self, way: Any, axes: Any, places: Any, place: Any, fixed: bool, boxes: Any) -> None:
         e, (p, q) = boxes.radii[:, way.hinges], way.pairs
@@ -101,7 +101,7 @@ class Traced:
         self.rest, self.steps = up(third + 2.0 * held + 4 * steps * EPS * size, steps), steps
 
     def __call__(self, normal: Reals, offset: Any = 0.0) -> Form:
-        """Return the form of the position along a normal (3), whose length is 1, more than an offset in boxes."""
+        """Return the form of the position along a unit normal (3), less an offset, in boxes."""
         value, slope, bend, square = (
             (part.mid[..., 0] @ normal) for part in (self.place, self.levers, self.bends, self.squares)
         )
@@ -112,9 +112,9 @@ class Traced:
 
 
 def shrunk(corners: Reals, margin: float) -> tuple[Reals, Reals, Reals]:
-    """Return outward normals of an outline, the distances of its sides along these less a margin, and its corners.
+    """Return the outward normals of an outline, its sides' distances along them less a margin, and its corners.
 
-    The corners are within these distances and 1e-12, whatever rounding did to them.
+    The corners exceed these distances by at most 1e-12, in spite of rounding.
     """
     along = np.roll(corners, -1, 0) - corners
     normals = np.stack([along[:, 1], -along[:, 0]], 1) / np.linalg.norm(along, axis=1)[:, None]
@@ -188,7 +188,7 @@ def overlaps(pairs: list[Pair], closure: Any, clock: grammar.Clock) -> tuple[Any
 
 
 def pairs_of(array: Any, numbers: Any, margin: str, clock: grammar.Clock) -> list[Pair]:
-    """Return the pairs of facets less a margin (m), each in both orders."""
+    """Return the pairs of facets shrunk by a margin (m), each in both orders."""
     share = float(grammar.fraction(margin, "margin") / array.unit) / array.size * (1 + 1e-15) + SLACK
     grammar.need(2 * share < array.height, "panels are no thicker than twice the margin")
     grammar.formed(
@@ -217,13 +217,13 @@ def pairs_of(array: Any, numbers: Any, margin: str, clock: grammar.Clock) -> lis
 
 
 def check_ends(array: Any, margin: Fraction, clock: grammar.Clock) -> None:
-    """Refuse a claim at an end of which facets overlap: no motion without overlap begins or ends there [14].
+    """Refuse a claim if facets overlap at one of its ends: no motion without overlap begins or ends there [14].
 
     margin : in units of coordinates.
     """
     own, still = array.data, (np.eye(3, dtype=int) * Fraction(1), np.zeros(3, dtype=int))
     folded, flat = {0: still}, [still] * len(own.panels)
-    for panel, way in [*locks.ways_from(0, array.ends).items()][1:]:  # each behind one that was met before
+    for panel, way in [*locks.ways_from(0, array.ends).items()][1:]:  # each is hinged to one that is placed already
         clock.check()
         hinge = own.hinges[way[-1][0]]
         turn, shift = folded[hinge.one + hinge.two - panel]
@@ -234,7 +234,7 @@ def check_ends(array: Any, margin: Fraction, clock: grammar.Clock) -> None:
         for corners, panel in zip(own.facets, own.panel_of, strict=True):
             turn, shift = at[panel]
             places = [[*(turn @ [*corner, 0] + shift)] for corner in corners]
-            level = places[0][2] + min(turn[2, 2], 0) * own.height  # of its lower face
+            level = places[0][2] + min(turn[2, 2], 0) * own.height  # height of its lower face
             facets.append((panel, level, [place[:2] for place in places][:: 1 if turn[2, 2] > 0 else -1]))
         for k, (panel, level, ring) in enumerate(facets):
             for h, (other, height, outline) in enumerate(facets[:k]):
@@ -245,7 +245,7 @@ def check_ends(array: Any, margin: Fraction, clock: grammar.Clock) -> None:
 
 
 def beside(ring: Any, other: Any, root: int, margin: Fraction) -> bool:
-    """Whether another outline lies beyond a side of one, or on this side by no more than twice the margin."""
+    """Whether an outline lies beyond a side of another one, or reaches over it by at most twice the margin."""
     for (ax, ay), (bx, by) in zip(ring, ring[1:] + ring[:1], strict=True):
         x, y = bx - ax, by - ay
         depth = max(x * (q - ay) - y * (p - ax) for p, q in other)  # over the length of the side, and over sqrt(root)

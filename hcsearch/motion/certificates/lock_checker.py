@@ -16,22 +16,22 @@ import numpy as np
 if __package__:
     from hcsearch.motion.certificates import balls
     from hcsearch.motion.certificates import certificate_grammar as grammar
-else:  # a program by itself, in a folder with the other ones
+else:  # a program by itself, in one folder with the others
     import balls  # type: ignore[import-not-found, no-redef]
     import certificate_grammar as grammar  # type: ignore[import-not-found, no-redef]
 
 Reals = np.ndarray[Any, np.dtype[np.float64]]
 EPS, up = balls.EPS, balls.up
-BATCH, CELLS, MOST_CELLS = 256, 2**18, 2**20  # boxes at once; entries of their expansions, and those of one box
+BATCH, CELLS, MOST_CELLS = 256, 2**18, 2**20  # boxes at once; entries of expansions, at once and of one box
 HINGES, BOXES, PARTS = 200, 100_000, 1_000_000  # limits of the format, and of the parts of faces
 ANGLES = 4_000_000  # parts of faces times hinges, at most
-FEWEST, FACTOR, MOST = 20_000, 6, 10**8  # boxes that are tried: so many, and times what is stated up to the last one
+FEWEST, FACTOR, MOST = 20_000, 6, 10**8  # boxes that are tried: FEWEST + FACTOR min(stated, MOST)
 NARROW = 1e-6  # a box that is no wider (rad) is not split
 SWEEPS, GAIN, WIDE = 3, 0.1, 0.2  # how often, and for which gain, a box is contracted again; sides that may be split
 
 
 class Array:
-    """Panels and hinges in the flat state; lengths over a size, which is a power of 2."""
+    """Panels and hinges in the flat state; lengths are divided by a size, which is a power of 2."""
 
     def __init__(self, data: Any) -> None:
         self.data = own = grammar.ArrayData(data)
@@ -82,7 +82,7 @@ def is_closed(hinges: Any, own: grammar.ArrayData) -> bool:
 
 
 def ways_from(start: int, ends: Any, without: Any = ()) -> dict[int, Any]:
-    """Shortest paths from a panel to each other one, as hinges and senses, without some hinges (breadth-first)."""
+    """Shortest paths from a panel to all others that avoid some hinges, as hinges and senses (breadth-first)."""
     ways: dict[int, Any] = {start: []}
     for panel in (waiting := [start]):
         for k, (first, second) in enumerate(ends):
@@ -95,7 +95,7 @@ def ways_from(start: int, ends: Any, without: Any = ()) -> dict[int, Any]:
 
 @cache
 def pairs_of(n: int) -> tuple[Any, Any]:
-    """The numbers of all pairs of n hinges, once for all ways of so many."""
+    """The numbers of all pairs of n hinges, computed once for each n."""
     return np.triu_indices(n, 1)
 
 
@@ -112,7 +112,7 @@ class Loop:
     def walk(self, angles: Reals, back: bool) -> tuple[Any, Any, Any, Any]:
         """Return axes and places of all hinges on a way, (count, n), and the poses before, between and behind them.
 
-        back : the way goes backwards, from the last hinge, so that the pose before hinge k is that with number k + 1.
+        back : the way goes backwards, from the last hinge, so that pose k + 1 is the one before hinge k.
         """
         count, n = angles.shape
         turns = balls.rotations(self.ways, angles)
@@ -160,7 +160,7 @@ class Loop:
         bent = np.concatenate([turning, np.concatenate([moved.mid, lifted.mid], 1)[..., 0]], 2)
         values += bent[:, -n:].sum(1)  # the square of an angle lies between 0 and its greatest value
         turned, shifted = self.rests(first, e, levers.length)
-        errors = [  # of an entry, where squares count as what is added and as what is unknown
+        errors = [  # of each entry; squares count twice: once as added, once as unknown
             up(value.rad + (e * slope.rad).sum(1) + bend.rad.sum(1) + 2.0 * square.rad.sum(1), n * n + 9)
             for value, slope, bend, square in ((between, steps, bends, squares), (apart, levers, moved, lifted))
         ]
@@ -173,7 +173,7 @@ class Loop:
         return axes, places + centre, turns[:, -1:] @ (points - centre) + shifts[:, -1:] + centre
 
     def rests(self, first: Any, e: Reals, reach: Reals) -> tuple[Reals, Reals]:
-        """Return bounds of the third orders: of the rotation, and of the place; reach : lengths of levers."""
+        """Return bounds of the third-order terms of the rotation and of the place; reach : lengths of levers."""
         turned = shifted = np.zeros(len(e))
         n = e.shape[1]
         for own, order in ((first, range(n)), (~first, range(n)[::-1])):
@@ -205,10 +205,10 @@ class Equations:
             turned, shifted, turn_error, shift_error = (x[:, None] for x in unknown)
             self.rests[:, own] = np.where(np.arange(12) < 9, up(np.sqrt(2.0) * turned, 2), shifted)
             self.errors[:, own] = np.where(np.arange(12) < 9, turn_error, shift_error)
-            owners += [one[loop.pairs[0]] + one[loop.pairs[1]], 2.0 * one]  # hinges of which a column is the product
+            owners += [one[loop.pairs[0]] + one[loop.pairs[1]], 2.0 * one]  # hinges whose product a column holds
         self.bends, self.owners = np.concatenate(parts, 2), np.concatenate(owners)
         moves, bent = np.abs(self.slopes) @ radii[..., None], np.abs(self.bends).sum(2)
-        self.steps = rows + 2 * self.bends.shape[2] + n + 20  # operations of a combination, each with what is rounded
+        self.steps = rows + 2 * self.bends.shape[2] + n + 20  # operations of a combination, with roundings
         self.errors = up(self.errors + self.steps * EPS * (np.abs(self.values) + moves[..., 0] + bent), self.steps)
         columns = np.concatenate([self.slopes * radii[:, None], self.bends], 2)
         gram = columns @ np.swapaxes(columns, 1, 2) + np.eye(rows) * (self.rests**2)[:, None]
@@ -219,7 +219,7 @@ class Equations:
         value, slope = (mixes @ self.values[..., None])[..., 0], mixes @ self.slopes
         bent = np.abs(mixes @ self.bends)
         unknown = bent.sum(2) + (np.abs(mixes) @ self.errors[..., None])[..., 0]
-        for k in range(0, mixes.shape[2], 12):  # the norm of a combination of the entries of one matrix, of one vector
+        for k in range(0, mixes.shape[2], 12):  # norms of combined entries of a matrix, and of a vector
             for part in (slice(k, k + 9), slice(k + 9, k + 12)):
                 unknown += balls.norms(mixes[..., part]) * self.rests[:, None, part.start]
         return value, slope, bent, up(unknown, self.steps), up(np.abs(slope) * self.radii[:, None], 1)
@@ -239,7 +239,7 @@ def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals
     value, slope, bent, unknown, moves = own.combined(mixes)
     total, steps = up(unknown + moves.sum(2), low.shape[1] + 1), low.shape[1] + 4
     left = ~(np.abs(value) > total).any(1)
-    far = total[..., None] * (1 + steps * EPS) - moves  # no less than what all but one hinge contribute
+    far = total[..., None] * (1 + steps * EPS) - moves  # bounds the contribution of all other hinges
     bounds = np.stack([-value[..., None] - far, -value[..., None] + far]) / slope
     slack = 8 * EPS * (np.abs(bounds) + (np.abs(value) + total)[..., None] / np.abs(slope) + 4.0)
     known, middles = np.abs(slope) > 1e-9, own.middles[:, None]
@@ -252,7 +252,7 @@ def contracted(loops: list[Loop], low: Reals, high: Reals) -> tuple[Reals, Reals
 
 
 def check_empty(array: Array, low: Reals, high: Reals, limit: int, clock: grammar.Clock, overlap: Any) -> int:
-    """Refuse faces, (count, n) each, not proved to be empty by so many boxes; return the number of boxes used.
+    """Refuse faces, (count, n) each, that `limit` boxes do not prove to be empty; return the number of boxes used.
 
     overlap : a function that proves overlaps of panels in boxes and names the sides to split others by; or None.
     """
@@ -286,7 +286,7 @@ def check_empty(array: Array, low: Reals, high: Reals, limit: int, clock: gramma
 
 
 def faces_of(low: Any, high: Any, tops: Any, clock: grammar.Clock) -> tuple[Any, Any]:
-    """Return the faces of boxes, (count, n) each in numbers of cuts, that no other box covers [9]: lows and highs."""
+    """Return the faces of boxes that no other box covers [9]: lows and highs, (count, n) each, as numbers of cuts."""
     below, above = list[Any](), list[Any]()
     n = low.shape[1]
     most = min(PARTS, ANGLES // n)

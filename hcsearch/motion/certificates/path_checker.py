@@ -16,7 +16,7 @@ if __package__:
     from hcsearch.motion.certificates import balls, certificate_grammar
     from hcsearch.motion.certificates.certificate_grammar import NotProvedError, formed, need
     from hcsearch.motion.certificates.polynomials import CHAIN, FIRST, ONE, TERMS, Poly, folded, shifted, sines
-else:  # a program by itself, in a folder with the other ones
+else:  # a program by itself, in one folder with the others
     import balls  # type: ignore[import-not-found, no-redef]
     import certificate_grammar  # type: ignore[import-not-found, no-redef]
     from certificate_grammar import NotProvedError, formed, need  # type: ignore[no-redef]
@@ -34,9 +34,9 @@ else:  # a program by itself, in a folder with the other ones
 __all__ = ["NotProvedError", "checked"]
 Reals = np.ndarray[Any, np.dtype[np.float64]]
 EPS, up, Clock, entry = balls.EPS, balls.up, certificate_grammar.Clock, certificate_grammar.entry
-TINY, STOPS = 1e-13, 1e-3  # radius of a tube (rad) that is added to what is computed; what stops give (rad)
-DEPTH, BATCH = 16, 512  # how often a piece is halved for its gaps, and pieces that are computed at once
-CELLS, MOST_CELLS = 2**20, 2**17  # entries of derivatives of pieces at once, and those of one state
+TINY, STOPS = 1e-13, 1e-3  # added to the computed radius of a tube (rad); tolerance of stops (rad)
+DEPTH, BATCH = 16, 512  # halvings of a piece for its gaps, at most; pieces that are computed at once
+CELLS, MOST_CELLS = 2**20, 2**17  # entries of derivatives: of pieces at once, and of one state
 CORNERS, ANGLES = 100, 500_000  # limits of the format: corners of a facet, and pieces times hinges
 EQUAL, HEIGHTS = 16, 2**22  # pieces of equal turns; heights of corners along directions, of pieces at once
 
@@ -47,14 +47,14 @@ def across(one: Any, two: Any) -> Any:
 
 
 class Array:
-    """Panels and hinges in the flat state; integers X, Y, Z stand for (sqrt(root) X, Y, Z) units, over a size."""
+    """Panels and hinges in the flat state; integers X, Y, Z stand for (sqrt(root) X, Y, Z) units, divided by a size."""
 
     def __init__(self, data: Any, clock: certificate_grammar.Clock | None = None) -> None:
         own, self.clock = certificate_grammar.ArrayData(data), clock or Clock()
         self.root, self.height, self.unit, self.panels = own.root, own.height, own.unit, own.panel_of
         sizes = np.array([[len(facet)] for facet in own.facets])
         formed(sizes.max() <= CORNERS, f"a facet of a path has more than {CORNERS} corners")
-        self.corner = corner = np.minimum(np.arange(sizes.max()), sizes - 1)  # the last one again where some have more
+        self.corner = corner = np.minimum(np.arange(sizes.max()), sizes - 1)  # the last repeats where others have more
         facets = np.array([np.array(facet)[at] for facet, at in zip(own.facets, corner, strict=True)])
         self.facets, self.sides = facets, np.take_along_axis(facets, ((corner + 1) % sizes)[..., None], 1) - facets
         self.packed = [int(hinge.closes) for hinge in own.hinges]
@@ -112,7 +112,7 @@ class Array:
                 x, y, z = p - self.middle
                 screws[row : row + 6, hinge] += [*u, -z * u[1], z * u[0], x * u[1] - y * u[0]]
             own = [(p, u) for hinge, p, u in lines if moving[hinge]]
-            for p, u in own[:1]:  # turns about one line, or parallel ones, stay in a group of such
+            for p, u in own[:1]:  # turns about one line, or about parallel lines, form a group
                 first = 0 if self.root * u[0] ** 2 >= u[1] ** 2 else 1
                 if any(across(u, b) for _, b in own):
                     rows += range(row, row + 6)
@@ -171,16 +171,16 @@ class Array:
             off += up(far.sum(1), CHAIN)
             for hinge, axis, moment in screws:
                 slopes.mid[:, :, row : row + 6, hinge] += np.concatenate([axis.mid, moment.mid], 2)[..., 0]
-                size = axis.norms() + moment.norms() + axis.rad  # a derivative is a screw times T, 1 but for `far`
+                size = axis.norms() + moment.norms() + axis.rad  # a derivative is a screw times T, 1 up to `far`
                 slopes.rad[:, :, hinge] += up(axis.rad + moment.rad + 1.5 * folded(size, far), CHAIN)
         return twists, slopes, off
 
     def tube(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any = None) -> Reals:
         """Return bounds, (count, n), of closed states c + G y beside pieces: y - S F(c + G y) maps a box into itself.
 
-        Infinite if not proved. wrenches : those that no hinge works against at c where x is 0; if there are any, states
-        are c + x G y for 0 <= x <= 1, and equations along wrenches are divided by x^2, others by x. radii : of a box
-        about c at x = 0 in which two closed states lie that are to be joined [4 to 6].
+        Infinite if not proved. wrenches : the wrenches that no hinge works against at c where x is 0; if there are any,
+        states are c + x G y for 0 <= x <= 1, and equations along wrenches are divided by x^2, others by x. radii : half
+        widths of a box about c at x = 0 that holds two closed states, which are to be joined [4 to 6].
         """
         batch = max(1, CELLS // (TERMS * self.cells))
         parts = [slice(start, start + batch) for start in range(0, max(1, len(cubics)), batch)]
@@ -188,19 +188,19 @@ class Array:
         return np.concatenate(tubes)
 
     def tube_of(self, rows: list[int], moving: Any, cubics: Reals, wrenches: Reals, radii: Any) -> Reals:
-        """Return what `tube` does of some pieces, which are computed at once."""
+        """Return as `tube`, for pieces that are computed at once."""
         self.clock.check()
         need(len(rows) <= moving.sum(), "fewer hinges turn than equations close the loops")
         order, others = int(len(wrenches) > 0), np.linalg.svd(wrenches)[2][len(wrenches) :]
         rule = np.concatenate([others, wrenches])  # combines equations, with a norm of no more than `mixed`
-        steps = 4 * len(self.hinges) + 12 * len(rows) + 60  # operations of a bound, each with what is rounded
+        steps = 4 * len(self.hinges) + 12 * len(rows) + 60  # operations of a bound, with roundings
         mixed = up(np.sqrt(np.abs(rule @ rule.T).sum(1).max(initial=0.0)) + steps * EPS * len(rule), steps)
 
-        def divided(parts: Reals) -> Reals:  # of what is 0 along wrenches where x is 0
+        def divided(parts: Reals) -> Reals:  # parts that are 0 along wrenches at x = 0
             along = np.pad(wrenches @ parts[:, 1:], ((0, 0), (0, 1), (0, 0), (0, 0)))
             return np.concatenate([others @ parts, along], 2)
 
-        def sized(parts: Reals) -> Reals:  # bounds of products, of which what is rounded is a share
+        def sized(parts: Reals) -> Reals:  # bounds of products; rounding errors are a share of these
             sizes: Reals = np.abs(scaling) @ (np.abs(rule) @ np.abs(parts).sum(1))
             return sizes
 
@@ -298,7 +298,7 @@ class Array:
         blunt = 1.0 + (before * normals).sum(2, keepdims=True)
         need(blunt.min() > 1e-6, "a corner of a facet is too sharp")
         inner = self.flat + margin * (before + normals) / blunt
-        self.error = 1e-12 + 64 * EPS * margin / float(blunt.min()) ** 1.5  # of corners, and what is computed of them
+        self.error = 1e-12 + 64 * EPS * margin / float(blunt.min()) ** 1.5  # error of corners, and of values from them
         left = ((np.roll(inner, -1, 1) - inner) * sides).sum(2)[np.roll(self.corner, -1, 1) != self.corner].min() > 0
         need(left, "the margin leaves nothing of a panel")
         levels = ((z - self.middle[2]) / self.size + s * margin for z, s in ((0, 1), (self.height, -1)))
@@ -325,7 +325,7 @@ class Array:
         while waiting:
             cubics, radii, pairs, depth = waiting.pop()
             self.clock.check()
-            turned = np.abs(cubics - [0.5 * pi, 0, 0, 0]).sum(2) + radii + 1e-14  # what is rounded
+            turned = np.abs(cubics - [0.5 * pi, 0, 0, 0]).sum(2) + radii + 1e-14  # rounding
             left = pairs & ~np.pad(turned < 0.5 * pi + self.give, ((0, 0), (0, 1)))[:, self.hinge_of]
             angles = sines(cubics, radii, 0)
             poses = {panel: self.walked(way, angles)[:2] for panel, way in self.way.items()}
@@ -350,7 +350,7 @@ class Array:
         turn, other = (Poly(turns.mid[k, number], turns.rad[k, number], turning=True) for k in facets)
         shift, offset = (Poly(shifts.mid[k, number], shifts.rad[k, number]) for k in facets)
         back = Poly(np.swapaxes(turn.mid, 2, 3), turn.rad, turning=True)
-        turn, shift = back @ other, back @ (offset + Poly(-shift.mid, shift.rad))  # of the second, for the first one
+        turn, shift = back @ other, back @ (offset + Poly(-shift.mid, shift.rad))  # the second one, seen from the first
         back = Poly(np.swapaxes(turn.mid, 2, 3), turn.rad, turning=True)
         mine, yours, home = self.corners[f], self.corners[g], back.mid[:, 0]
         crosses = np.cross(self.edges[f][:, :, None], (self.edges[g] @ home)[:, None]).reshape(size, -1, 3)

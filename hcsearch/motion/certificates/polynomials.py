@@ -9,15 +9,15 @@ import numpy as np
 
 if __package__:
     from hcsearch.motion.certificates import balls
-else:  # part of a program by itself, in a folder with it
+else:  # part of a program by itself, in one folder with it
     import balls  # type: ignore[import-not-found, no-redef]
 
 Reals = np.ndarray[Any, np.dtype[np.float64]]
 EPS, up = balls.EPS, balls.up
 CHAIN = 40  # operations of bounds, at most: products of polynomials of norms take 30, in chains
-TERMS = 9  # coefficients of a polynomial on -1 <= x <= 1; the last one also holds all that is of higher order
+TERMS = 9  # coefficients of a polynomial on -1 <= x <= 1; the last one also holds all higher orders
 FIRST, ONE = np.eye(TERMS)[0], np.eye(TERMS)[0][:, None, None]  # the constant 1, of numbers and of matrices
-ROUNDED = (3 * np.arange(TERMS) + 5) * EPS  # of sums of 3, 6, 9, ... products of entries [2]
+ROUNDED = (3 * np.arange(TERMS) + 5) * EPS  # roundings of sums of 3, 6, 9, ... products of entries [2]
 
 
 class Poly:

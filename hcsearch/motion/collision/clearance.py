@@ -42,12 +42,12 @@ class Clearance:
     """The verdict on the collisions of a motion.
 
     kind : `clear` at all times, with the margin; `collides`, for certain, at some time; `undecided`: nearer than the
-        slack at some time, but never overlapping by more. time : s, of the contact; panels : the two panels of it, the
+        slack at some time, but never overlapping by more. time : of the contact, s; panels : the two that touch, the
         lower number first.
     gap : for a clear motion, the smallest gap (m) at which two panels approach each other and part again; None where
         none do. Only gaps between two states at which the pair is further apart by two margins more count, as
-        neighbours touch in the packed and in the flat state. The true least gap is within the resolution, and the
-        slack, of it.
+        neighbours touch in the packed and in the flat state. The gap differs from the true least one by at
+        most the resolution and the slack.
     bound_count : number of times that the gap of a pair was bounded in an interval. speed : approach speed of the
         panels where the motion is not clear, m/s.
     """

@@ -63,7 +63,7 @@ def cuts_through(linkage: Linkage, states: Reals) -> bool:
 
 
 CONTACT_GAP_SHARE = 2e-5
-"""Panels nearer than this share of their size touch: 1 um of panels of 50 mm; simulations close loops to less."""
+"""Panels nearer than this share of their size touch: 1 um for panels of 50 mm; simulations close loops more tightly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +123,9 @@ def proximal_distances(
 class NearestPanels(NamedTuple):
     """The nearest panels at some states.
 
-    pairs : (k, 2), panels, the lower number first: the pair of deepest overlap, else of least gap among pairs that do
-    not touch; -1 without one. gaps : (k,), m, of these pairs, negative where they overlap; nan without one.
+    pairs : (k, 2), panels, the lower number first: the pair with the deepest overlap, else the one with the least gap
+    among pairs that do not touch; -1 without one. gaps : (k,), m, of these pairs, negative where they overlap; nan
+    without one.
     touching : (k,), number of pairs that touch.
     """
 

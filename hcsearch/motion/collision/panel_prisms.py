@@ -75,7 +75,7 @@ def deepest_margin(linkage: Linkage) -> float:
 
 
 def facet_pairs(linkage: Linkage, apart: Collection[tuple[int, int]] = ()) -> WholeNumbers:
-    """Pairs of facets of different panels, except of the pairs of panels in `apart`, shape (n_pairs, 2)."""
+    """Pairs of facets of different panels, without the pairs of panels in `apart`, shape (n_pairs, 2)."""
     panels = np.array(linkage.pattern.panel_of)
     first, second = np.triu_indices(len(panels), 1)
     low, high = np.minimum(panels[first], panels[second]), np.maximum(panels[first], panels[second])
@@ -182,9 +182,9 @@ def collision_solids(linkage: Linkage, margin: float, apart: Collection[tuple[in
 
 
 def solid_pairs(linkage: Linkage, prisms: Prisms, apart: Collection[tuple[int, int]] = ()) -> PrismPairs:
-    """Pairs of facets of different panels, except those of `apart`, with the hinges between their panels.
+    """Pairs of facets of different panels, without the pairs in `apart`, with the hinges between their panels.
 
-    prisms : of all facets, not shrunk.
+    prisms : the prisms of all facets, not shrunk.
     """
     return pairs_between(linkage.chain, prisms, facet_pairs(linkage, apart))
 
@@ -193,8 +193,8 @@ def kept_apart(linkage: Linkage) -> frozenset[tuple[int, int]]:
     """Pairs of panels, the lower first, that cannot overlap while a hinge between them is within its stops.
 
     Each panel lies on one side of the hinge's line in the flat pattern, so both lie in quarter spaces about that line,
-    which only touch at fold angles from 0 to pi (docs/explanation/collision.md). Panels that extend across the line are
-    not among them.
+    which only touch at fold angles from 0 to pi (docs/explanation/collision.md). Pairs with a panel that extends across
+    the line are not included.
     """
     pattern, pairs = linkage.pattern, set()
     tolerance = SAME_POINT_SHARE * pattern.size
@@ -262,7 +262,7 @@ def plates_of(linkage: Linkage, margin: float) -> Plates:
 
 
 def two_ways(linkage: Linkage, start: int, end: int) -> tuple[HingeCrossings, HingeCrossings]:
-    """The shortest path between two panels across hinges in loops, and the shortest one without the hinges of that."""
+    """The shortest path between two panels across hinges in loops, and the shortest one that avoids its hinges."""
     bridges = set(range(linkage.n_hinges)) - set(linkage.looped.tolist())
     first = _way(linkage, start, end, bridges)
     return first, _way(linkage, start, end, bridges | {hinge for hinge, _ in first})
@@ -342,7 +342,7 @@ def longest_way(linkage: Linkage) -> float:
         for x, y in (corner for facet in facets for corner in pattern.facets[facet]):
             corners += [(x, y, 0.0), (x, y, pattern.thickness)]
             owners += 2 * [panel]
-    # from each corner to the ends of its panel's hinges, of which most panels have four
+    # from each corner to the ends of its panel's hinges: most panels have four
     max_ends = max(map(len, ends_of))
     end_indices = np.array([[*ends_of[panel], *[0] * (max_ends - len(ends_of[panel]))] for panel in owners])
     is_end = np.arange(max_ends) < np.array([[len(ends_of[panel])] for panel in owners])

@@ -46,7 +46,7 @@ class HingeLines(NamedTuple):
     """Hinges of a closed loop as lines in space, in order, shape (n, 3) each.
 
     directions : z_i, unit vectors.
-    points : one of each line, in metres.
+    points : a point of each line, in metres.
     normals : the side to which x_i points where hinges i - 1 and i meet or are one line.
     """
 
@@ -81,7 +81,7 @@ def flat_hinge_lines(linkage: Linkage, walk: Walk, signs: Sequence[int] | None =
 def dh_of_lines(lines: HingeLines) -> DHLoop:
     """Denavit-Hartenberg parameters of a closed loop of given hinge lines; lengths >= 0, angles in (-pi, pi].
 
-    Between parallel hinges, the common normal is the one through the point given of the second.
+    The common normal of parallel hinges is the one through the given point of the second.
     """
     x, origins, ends = _common_normals(lines)
     z = lines.directions
@@ -133,8 +133,8 @@ def dh_jacobian(loop: DHLoop) -> Reals:
 def stacked_jacobian(loops: Sequence[DHLoop], walks: Sequence[Walk], n_hinges: int) -> Reals:
     """Jacobian of several loops that share hinges, shape (12 n_loops, n_hinges) (thesis eqs. A10 to A12).
 
-    walks : for each loop, of each theta, the hinge that it turns and d theta / d (what the column stands for), +1 or
-        -1; the singular values do not depend on these signs.
+    walks : for each loop, the hinge that each theta turns, and the derivative of theta by its column's variable, +1 or
+    -1; the singular values do not depend on these signs.
     """
     jacobian = np.zeros((12 * len(loops), n_hinges))
     for k, (loop, walk) in enumerate(zip(loops, walks, strict=True)):

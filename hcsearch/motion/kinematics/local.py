@@ -91,8 +91,8 @@ def local_at(
 ) -> LocalState:
     """Analyse a linkage at given fold angles.
 
-    kept_rank : number of singular values that count as non-zero, where that is known better than from the values, as
-        between two closed states; else those above the noise.
+    kept_rank : number of singular values that count as non-zero, if the caller knows it, as between two closed states;
+    else all values above the noise count.
     closure : residual and Jacobian at these angles, if already evaluated.
     """
     residual, jacobian = linkage.closure(angles) if closure is None else closure
@@ -124,7 +124,7 @@ def same_orientation(before: LocalState, after: LocalState) -> bool:
 def bilinear_products(vectors: Reals, bend: Callable[[Reals], Reals]) -> Reals:
     """Values of the symmetric bilinear form of the quadratic form `bend`, for all pairs of vectors, (n, n, n_rows).
 
-    vectors : (n, n_hinges), velocities. bend : second-order closure error of moving with one, (n_rows,).
+    vectors : (n, n_hinges), velocities. bend : second-order closure error of moving with one velocity, (n_rows,).
     """
     squares = np.array([bend(vector) for vector in vectors])
     values = np.empty((len(vectors), len(vectors), squares.shape[1]))

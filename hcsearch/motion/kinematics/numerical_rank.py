@@ -22,7 +22,7 @@ class Rank(ByValue):
     """Rank of a closure Jacobian in the screw form, lengths divided by the pattern's size.
 
     singular_values : all of them, the greatest first.
-    noise : bound of a zero singular value, by rounding and the closure residual.
+    noise : bound of a singular value that is zero but for rounding and the closure residual.
     rank : number of singular values above the noise; None (undecided) where one lies within `DECIDED_RANK_GAP` of it.
     gap : least singular value that counts, over the greater of the noise and the next one.
     """
@@ -62,7 +62,7 @@ from the others: such a state is located to some 1e-7 rad."""
 def kept_beside_singular(rank: Rank) -> int | None:
     """Return the number of singular values that are not zero at a state, or at a singular state near by.
 
-    Without a gap of `DECIDED_RANK_GAP` below which all are near zero it is the rank, None where this is undecided.
+    It is the rank, None where undecided, unless all values below a gap of `DECIDED_RANK_GAP` are near zero.
     """
     values = rank.singular_values
     kept = int(np.count_nonzero(values > max(rank.noise, NEAR_ZERO_SHARE * values.max(initial=0.0))))

@@ -124,14 +124,14 @@ MAX_LAYOUT_DEPTH, MAX_LAYOUT_BOXES = 6, 300
 """Maximum depth of nesting, and maximum number of boxes."""
 
 ReachFunction = Callable[[Reals, Box], Reals]
-"""From states of a part, (m, n), in a box: these states, and others in the box that can be reached from them."""
+"""A function that adds to states of a part, (m, n), others in a box that can be reached from them."""
 
 
 def region_around(part: Reals, other_parts: Sequence[Reals], reach: ReachFunction) -> list[Box] | None:
     """Enclose one part, (m, n), but no state of others, in boxes without common inner points; None if that fails.
 
-    One box around the part, minus a box around the states of each other part in it, minus a box in that around the
-    states of the first part in it, and so on.
+    The region is one box around the part, without a box around the states of each other part in it; that box in turn
+    leaves out a box around the states of the first part in it, and so on.
     """
     outer = _box_around(part, np.concatenate(other_parts), whole_box(part.shape[1]))
     region = [outer]
@@ -277,7 +277,7 @@ def _cut_apart(box: Box, part: Reals, others: Reals) -> list[CutLeaf] | None:
 
 
 def _best_cut(part: Reals, others: Reals) -> tuple[int, float] | None:
-    """The hinge and the angle of the cut that leaves the least impurity of two kinds of states, (m, n); None for none.
+    """The hinge and angle of the cut that leaves the least impurity of two kinds of states, (m, n); None without one.
 
     The measure is Gini's impurity, with the same weight for both kinds (Breiman et al., Classification and Regression
     Trees, 1984).

@@ -39,9 +39,9 @@ WALK_SCHEDULE = (
 are due at once if nothing else is active. Walks estimate the number of cubes to fill, and regions are laid around them;
 later walks serve where regions around earlier ones are given up."""
 TRAILING_BOX_WEIGHT = 20
-"""Weight, in the order of turns, of the boxes of contenders that are not expected to end first."""
+"""Weight of the boxes of contenders that are unlikely to end first, which delays their turns."""
 UNSETTLED_BOXES, UNSETTLED_BOX_WEIGHT = 300_000, 4
-"""Number of boxes after which an estimate should exist for a contender, and the weight of its boxes where none does."""
+"""Number of boxes after which a contender should have an estimate, and the weight of its boxes without one."""
 WALK_CLIMB_STEPS = 1000
 """Steps of each climb from a walk."""
 FIRST_WALK_SEED = 1
@@ -54,11 +54,11 @@ class Enclosure(ByValue):
 
     end : the end that no motion leaves for the other one; None where that is not proved. cubes, faces : number of
     cubes, or boxes of a region, that enclose all states that a motion from that end can reach, and number of faces
-    tested; sums over all contenders where nothing is proved. boxes : of the search, of all contenders. unfinished :
-    whether more boxes may prove more; not where each flood reached the other end and no region is active, or without a
-    loop.
+    tested; sums over all contenders where nothing is proved. boxes : number of boxes of all contenders.
+    unfinished : whether more boxes may prove more; false where each flood reached the other end and no region is
+    active, or without a loop.
     lows, highs : (cubes, k), lowest and highest angles of the cubes of a proved lock, rad, for the k hinges in loops.
-    margin : m, the greatest at which a lock by collisions holds; None where it holds at every margin.
+    margin : the greatest margin (m) at which a lock by collisions holds; None where it holds at every one.
     """
 
     end: MotionEnd | None
@@ -81,10 +81,11 @@ def enclose_ends(linkage: Linkage, boxes: int, plates: Plates | None = None) -> 
 
     boxes : approximate number of boxes for all contenders together. These take turns: coarse and fine floods from
     either end, and later a region of few boxes around either end; the one that is expected to end first gets most of
-    the boxes. The first that ends without the other end is the proof, which is the same whatever the number of boxes.
-    It holds for panels with any margin, with or without collisions, and for the joints of this linkage alone: a lock
-    with hinged flat pairs is also one with rigid and with merged ones (docs/explanation/locks.md). Source: ours.
-    plates : those of `plates_of`, if panels must not pass through each other; then the proof holds up to their margin.
+    the boxes. The first that ends without reaching the other end is the proof, which is the same whatever the number of
+    boxes. It holds for panels with any margin, with or without collisions, and for the joints of this linkage alone: a
+    lock with hinged flat pairs is also one with rigid and with merged ones (docs/explanation/locks.md). Source: ours.
+    plates : the result of `plates_of`, if panels must not pass through each other; the proof then holds up to its
+    margin.
     """
     if not linkage.loops:
         return Enclosure(None, 0, 0, 0, unfinished=False)
@@ -199,10 +200,10 @@ def _weight(contender: _Contender) -> int:
 
 
 def rings_of(linkage: Linkage) -> tuple[HingeRings, WholeNumbers]:
-    """The loops of a linkage for the kernels, and the hinges that are in a loop, by whose places the loops name them.
+    """The loops of a linkage for the kernels, and the hinges in loops; loops name a hinge by its place among these.
 
-    Lengths are over the pattern's size, and places relative to the middle of each loop, so that no bound depends on
-    its position.
+    Lengths are divided by the pattern's size, and places are relative to the middle of each loop, so that no bound
+    depends on its position.
     """
     looped = linkage.looped
     number = {int(hinge): k for k, hinge in enumerate(looped)}

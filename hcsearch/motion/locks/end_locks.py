@@ -61,8 +61,8 @@ class LockVerdict(ByValue):
     order : 1 or 2 where it is proved locked, by first or by second order; None where it is not proved.
     between : whether some hinge is between its stops; then the proof is of first order, and has no wrench.
     second_order_tried : whether a proof by second order was tried; there may be too many first-order motions for that.
-    wrench : of a proof, shape (n_rows,); margin : the least value of its strict inequalities.
-    forces : of a proof, forces of layers at each contact, shape (n_contacts,), none negative, all 0 by second order.
+    wrench : the wrench of a proof, shape (n_rows,); margin : the least value of its strict inequalities.
+    forces : the forces of layers in a proof, shape (n_contacts,), none negative, all 0 by second order.
         The greatest entry of wrench and forces is 1.
     motion : turns of the hinges that stops, loops and contacts allow to first order, summing to 1; None where there
         are none.
@@ -216,7 +216,7 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     if not columns.shape[1]:
         return None
     turning = rays.max(axis=0) > 1e-9
-    held_columns = columns[~turning & columns.any(axis=1)]  # contacts hold those in no loop
+    held_columns = columns[~turning & columns.any(axis=1)]  # contacts hold hinges in no loop
     _, sizes, right = np.linalg.svd(columns[turning])
     basis = right[(sizes > ZERO_SCREW_SHARE * sizes.max()).sum() :].T  # shape (n_rows, freedom of y)
     if not basis.shape[1]:
@@ -227,14 +227,14 @@ def excluding_wrench(columns: Reals, rays: Reals, bends: Reals) -> tuple[Reals, 
     for candidate in _candidate_wrenches(positive @ basis, crossing @ basis, basis, len(rays)):
         wrench = candidate / np.abs(candidate).max()
         margin = float((positive @ wrench).min())
-        # products of two rays may be a little below zero by rounding: those of the rays alone outweigh them
+        # products of two rays may be a little below zero by rounding: products of a ray with itself outweigh them
         if margin > WRENCH_MARGIN and margin > -2 * len(rays) * float((crossing @ wrench).min(initial=0.0)):
             return wrench, margin
     return None
 
 
 def _candidate_wrenches(positive: Reals, nonnegative: Reals, basis: Reals, n_rays: int) -> Iterator[Reals]:
-    """Wrenches that may exclude all motions: of least squares, with positive powers only, or of a linear program.
+    """Wrenches that may exclude all motions: from least squares, with positive powers only, or from a linear program.
 
     Where least squares prove that no wrench has the margin, the linear program is left out: rows that sum to r with
     weights >= 0 have powers that sum to r . y, at most |r| |y|, and |y| is bounded, as its greatest entry is 1.

@@ -2,7 +2,7 @@
 
 Least squares and linear programs find a wrench in floating point (`end_locks`). Here it is checked with the screws of
 `lattice`. At first order its powers must be positive, which small errors do not change. At second order it must have
-no power at all on hinges that can turn: its free entries are kept, the others solve for that. The rays of
+no power at all on hinges that can turn: its free entries are kept, and the others are solved for. The rays of
 K = {x >= 0, A x = 0, C x >= 0} are computed anew by double description (Motzkin et al. 1953), so that none is missing.
 """
 

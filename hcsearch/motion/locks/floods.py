@@ -28,9 +28,9 @@ FLOOD_GRID_ANGLES = (0.15, 0.4, 0.8, 1.2), (0.075, 0.15, 0.275, 0.4, 0.6, 0.8, 1
 """Grid angles of cubes from either stop (rad), of coarse and of fine floods: narrow cubes hold hinges that hardly leave
 a stop."""
 MISSED_CUBES_RATIO = 3.0
-"""Bound of the ratio of the cubes of a flood to those that a walk visits, if the flood holds only reachable parts."""
+"""Greatest ratio of a flood's cubes to the cubes that a walk visits, if the flood holds only reachable parts."""
 WAITING_FACE_COST_RATIO = 3.0
-"""Approximate cost of a waiting face over that of a tested one, in boxes."""
+"""Approximate cost of a waiting face over the cost of a tested one, in boxes."""
 SETTLED_FLOOD_BOXES = 300_000
 """Number of boxes after which the estimate should grow no more; until then it often does, even if the flood ends."""
 FLOOD_CUBE_CAPACITY = 200_000
@@ -45,7 +45,7 @@ class CubeFlood(SteppedSearch[bool]):
 
     Its efforts are boxes; its result is whether it has ended without the other end.
     new_tables : factory of the tables of its search. cubes_expected : estimate of its final number of cubes, or None.
-    state : of the kernel.
+    state : the state of the kernel.
     progress_at_doubling : numbers of boxes, cubes and tested cubes when the boxes had last doubled.
     """
 
@@ -100,7 +100,7 @@ class CubeFlood(SteppedSearch[bool]):
         if self.flood is None or self.search is None:
             self.flood = new_flood(self.start, self.goal, flood_grid(self.level), FLOOD_CUBE_CAPACITY)
             self.search = self.new_tables()
-            if (self.flood.cubes[0] == self.flood.goal).all():  # no cube divides the ends
+            if (self.flood.cubes[0] == self.flood.goal).all():  # both ends lie in one cube
                 self.state = flooding.FLOOD_REACHED
                 return
         pause = int(min(self.efforts + BOXES_PER_KERNEL_CALL, budget.efforts))

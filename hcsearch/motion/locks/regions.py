@@ -50,7 +50,7 @@ PART_WALK_STEPS, PART_CLIMB_STEPS = 2000, 200
 MAX_APPROACH_STEPS, APPROACH_ROUNDS = 1000, 3
 """Maximum number of steps towards the nearest state of a part, and number of times that it is chosen anew."""
 NEAREST_PART_COUNT = 3
-"""Number of parts that are approached: those with the nearest states."""
+"""Number of parts that are approached: the parts with the nearest states."""
 ARRIVED_DISTANCE = 0.05
 """A state is reached from within this distance (rad, root of the sum of squares)."""
 APPROACH_START_COUNT = 3
@@ -121,8 +121,8 @@ def _nearest(states: Reals, state: Reals) -> tuple[int, float]:
 REGION_CLIMB_STEPS = 300
 """Steps of each climb within a box."""
 MAX_REGION_SAMPLES, FACE_NEWTON_STARTS = 20_000, 40
-"""Maximum number of states of each part that are searched for those near a face, and number of the nearest of these at
-which Newton's method starts."""
+"""Maximum number of states of each part among which the nearest to a face are sought, and number of these at which
+Newton's method starts."""
 FACE_PROBE_COUNT = 60
 """Number of random branches for the estimate of the boxes that a face takes."""
 MAX_FACE_BOXES = 4e6
@@ -148,8 +148,8 @@ class Region(SteppedSearch[bool]):
 
     Its efforts are boxes; its result is whether all faces are proved.
 
-    states : (m, n), of walks and climbs from the end. others : (k, n), those from the other end.
-    seed : of estimates and further walks. search, probe_tables : tables of its own, for the search of a face, which is
+    states, others : states of walks and climbs from the end, (m, n), and from the other end, (k, n).
+    seed : of estimates and further walks. search, probe_tables : its own tables, for the search of a face, which may be
     interrupted, and for computations in between.
     Where a closed state is met on a face, the states of a walk from there are added to the part that small steps reach,
     or form a new part. Then boxes are laid anew; proved parts of faces stay proved. Boxes are nested as long as nested
@@ -337,9 +337,9 @@ class Region(SteppedSearch[bool]):
             self._given_up = True
 
     def _take_in(self, state: Reals, face: BoxFace) -> None:
-        """Add a closed state that is met on a face, and what a walk from there leads to, to its part."""
+        """Add to its part a closed state that is met on a face, and the states that a walk reaches from there."""
         low, high = whole_box(self.rings.hinge_count)
-        if self._cuts is not None:  # so many are met that climbs as far as they lead take too long
+        if self._cuts is not None:  # with so many met states, unlimited climbs take too long
             low[face.hinge] = max(face.level - FACE_CLIMB_DISTANCE, 0.0)
             high[face.hinge] = min(face.level + FACE_CLIMB_DISTANCE, MAX_BOX_ANGLE)
         self._last_part = self._parts.add_state(state, (low, high))

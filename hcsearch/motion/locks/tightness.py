@@ -3,10 +3,10 @@
 A locked state is isolated, but other closed states may be near, behind a gap of micrometres. Let hinges turn by x >= 0
 away from their stops. The opening of x is the displacement that the product of transformations around a loop, which
 should be the identity, causes: the root mean square over all corners of the panels, placed as in the state. So it is a
-length, and does not depend on where a loop is cut, as long as turns are small. Among x of one sum s the least opening
-is computed, for s from 0 on until loops are closed again, each time from the x of the previous sum; then back from
-there in the same way. The best path changes from the forward to the backward path where that costs least. The result
-is a measurement: other paths may be better, panels may collide on this one, and nothing is proved.
+length, and does not depend on where a loop is cut, as long as turns are small. For each sum s of x the least opening is
+computed, with s growing from 0 until loops are closed again, each time from the x of the previous sum; then back from
+there in the same way. The best path changes from the forward to the backward path where that costs least. The result is
+a measurement: other paths may be better, panels may collide on this one, and nothing is proved.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ OPENING_SAMPLE_COUNT = 4
 class Tightness:
     """The opening of loops (m) between a locked state and another closed one: measured, not proved.
 
-    opening : the greatest on the best path of the search. least : the greatest, over all sums of turns up to the end,
-        of the least openings of the search: other paths need as much, unless the search missed a minimum.
+    opening : the greatest opening on the best path that was found. least : the greatest of the least openings that were
+    found for all sums of turns up to the end: other paths need as much, unless the search missed a minimum.
     turn, closed : sums of turns (rad) at that opening, and at the state where loops are closed again; closed is None
         where the search was given up before, as more than the opening would be needed.
     """
@@ -109,7 +109,7 @@ def _weights(linkage: Linkage, angles: Reals) -> Reals:
     weights = []
     for (hinge, sign), *_ in linkage.loops:
         joint = linkage.pattern.hinges[hinge]
-        pose = poses[joint.first if sign == 1 else joint.second]  # of the panel in whose frame the residual is
+        pose = poses[joint.first if sign == 1 else joint.second]  # the panel in whose frame the residual is
         x, y, z = ((corners - pose[:, 3]) @ pose[:, :3]).T
         zero, unit = np.zeros(len(corners)), np.full(len(corners), linkage.pattern.size)
         rows = [[zero, z, -y, unit, zero, zero], [-z, zero, x, zero, unit, zero], [y, -x, zero, zero, zero, unit]]
@@ -148,7 +148,7 @@ def _backward_path(loops: _Loops, forward: list[Reals]) -> list[Reals]:
 
 
 def _best_path(loops: _Loops, forward: list[Reals], backward: list[Reals]) -> Tightness:
-    """The best path: along the forward path, over to the backward one where that costs least, and along that."""
+    """The best path: along the forward path, over to the backward path where that costs least, and along it."""
     forward_openings, backward_openings = (
         [loops.greatest_opening(*pair) for pair in pairwise(path)] for path in (forward, backward)
     )

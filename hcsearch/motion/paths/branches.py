@@ -90,7 +90,8 @@ class Branches:
 
     nullity : number of first-order motions, -1 where the rank is not decided; then there are no branches.
     stresses : number of independent self-stresses, which is the number of second-order equations.
-    keeps_stops : whether only velocities within the stops were searched, each in its own sense; else v and -v are one.
+    keeps_stops : whether only velocities within the stops were searched, each in its own sense; else v and -v count as
+    one.
     branches : the isolated ones first, in an order that does not depend on where the search began.
     cover_radius : every velocity that solves the second-order equations is within this distance of a start of the
         search; at 0.05 (`quadrics.MIN_CELL_RADIUS`) no isolated one is missed, at much more some may be.
@@ -159,9 +160,9 @@ def _closed_members(
 ) -> list[Branch]:
     """The finite branches to which nudges along members of families lead, if no listed member is finite.
 
-    Equations of higher order hold for some members of such a family only, and the listed ones need not be among them:
-    in eight hexagons two panels of which stay parallel, say. Closed states beside the others lie on these motions;
-    the directions in which they tend to the state, known up to the square of a step, lead to solutions.
+    Equations of higher order hold for some members of such a family only, and the listed ones need not be among them,
+    for example in eight hexagons if two panels stay parallel. Closed states beside the others lie on these motions; the
+    directions in which they tend to the state, known up to the square of a step, lead to solutions.
     """
     members: list[Branch] = []
     for branch in nudged:
@@ -255,7 +256,7 @@ REACHED_OUTCOMES: dict[Until, frozenset[PathOutcome]] = {
     "event": frozenset({"branch", "singular"}),
     "bifurcation": frozenset({"branch"}),
 }
-"""Outcomes with which a motion has come to where it was followed until."""
+"""The outcomes by which a motion has reached its goal, for each goal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,9 +287,9 @@ def follow_branch(
     branch : from 1 on, in the order of `find_branches`; where hinges turn beyond their stops, -k is branch k in the
         opposite sense. None for the finite one that leads most directly to flat, or to folded if this is where the
         motion is to end, or if it begins flat.
-    stops, length : as of `PathLimits`. max_step : as of `Stepping`. found : called with the branches once these are
+    stops, length : as in `PathLimits`. max_step : as in `Stepping`. found : called with the branches once these are
         known.
-    Errors: HcsearchError for a branch that there is not, and for a goal at which the motion begins.
+    Errors: HcsearchError for a branch that does not exist, and for a goal at which the motion begins.
     """
     ends = {"flat": linkage.flat, "folded": linkage.folded}
     begins = [name for name, end in ends.items() if not np.abs(start - end).any()]

@@ -34,8 +34,7 @@ from hcsearch.shape.linkage import Linkage
 DescentGoal = Literal["flat", "folded"]
 
 FIRST_TRUST_RADIUS, MAX_TRUST_RADIUS, MIN_DESCENT_CHANGE = 0.2, 0.4, 1e-6
-"""Bounds (rad) on the change of a hinge in one step: of the first step, of any step, and below which a change is
-zero."""
+"""Greatest change of a hinge (rad) in the first step and in any step, and the change below which it counts as zero."""
 DESCENT_GOAL_DISTANCE = 1e-5
 """The goal is reached where every hinge is this near to it (rad)."""
 LOOSENING_STEP, LOOSENING_SINGULAR_VALUE, LOOSENING_INTERVAL = 0.01, 0.1, 0.02

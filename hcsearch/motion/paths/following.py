@@ -125,7 +125,7 @@ def follow_path(
     direction : velocity of the fold angles, which is projected onto the tangent space; None for the straight direction
         to the goal (flat, where either end will do). A singular state needs one (`branches`).
         With several degrees of freedom the motion is the geodesic: it runs on as straight as closure allows.
-    zero_share : as of `Walker`, for a start that is located only approximately, and for motions along singular states.
+    zero_share : as in `Walker`, for a start that is located only approximately, and for motions along singular states.
     """
     begin = np.array(start, float)
     if direction is None:

@@ -1,4 +1,4 @@
-"""Reports of a motion of a linkage, as of `hcsearch motion`: a table, plain data and a picture."""
+"""Reports of a motion of a linkage, as `hcsearch motion` writes them: a table, plain data and a picture."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def row_step(linkage: Linkage) -> float:
 class MotionRows(NamedTuple):
     """The states of a motion and the singular states between them, in their order.
 
-    angles : (k, n_hinges), rad. lengths : arc length in the space of fold angles, rad. residuals : the greatest of the
-    closure. nullities : -1 where the rank is not decided. kinds : of singular states, else empty.
+    angles : (k, n_hinges), rad. lengths : arc length in the space of fold angles, rad. residuals : the greatest closure
+    residual. nullities : -1 where the rank is not decided. kinds : kinds of singular states, else empty.
     least_values : (k,), the least of the singular values that vanish at singular states only; NaN where there is none.
     """
 
@@ -137,8 +137,9 @@ class LinkageMotion(ByValue):
 
         Columns: `arc_length_rad` in the space of fold angles; `angle_LABEL_rad`, or `angle_LABEL_deg`, of each hinge;
         `closure_residual`, the greatest of all loops (rad, or gap over the pattern's size); `nullity`, the first-order
-        degrees of freedom, missing where rounding leaves them undecided; `least_singular_value` of those that are zero
-        at singular states only; `event`, the kind of a singular state, else empty; `at_stops`, the hinges at 0 or pi.
+        degrees of freedom, missing where rounding leaves them undecided; `least_singular_value`, the least of the
+        singular values that are zero at singular states only; `event`, the kind of a singular state, else empty;
+        `at_stops`, the hinges at 0 or pi.
         """
         import pandas as pd  # noqa: PLC0415 - only for tables
 

@@ -70,8 +70,8 @@ class MotionPath(ByValue):
     rejected, evaluations : numbers of rejected steps, and of evaluations of closure and Jacobian.
     stopped_hinges : hinges whose stops ended the motion.
     events : singular states between the ends.
-    velocity : unit velocity of the fold angles at the end; of a descent None.
-    energies : of a descent, the energy of each state (J for springs in Nm/rad).
+    velocity : unit velocity of the fold angles at the end; None for a descent.
+    energies : the energy of each state of a descent (J for springs in Nm/rad).
     """
 
     angles: Reals
@@ -162,7 +162,7 @@ def reversed_path(path: MotionPath, outcome: PathOutcome) -> MotionPath:
 
 
 def joined_paths(first: MotionPath, second: MotionPath) -> MotionPath:
-    """Concatenate two paths, of which the second begins where the first ends. Energies are left out."""
+    """Concatenate two paths; the second begins where the first ends. Energies are left out."""
     states: dict[str, Any] = {
         name: np.concatenate([getattr(first, name)[:-1], getattr(second, name)]) for name in _OF_STATES
     }

@@ -92,8 +92,8 @@ def _may_hold_zero(forms: Reals, cone: Reals | None, centres: Reals, radii: Real
     """Flag the balls that may hold a common zero.
 
     Within r of a unit vector c a form is its value at c plus a linear term, up to (|F| + L) r^2, with L the norm of all
-    forms together. That holds for each orthonormal combination of the forms, so also for those of least linear terms: a
-    value that these cannot cancel proves that the ball holds no common zero.
+    forms together. That holds for each orthonormal combination of the forms, so also for the combinations with the
+    least linear terms: a value that these terms cannot cancel proves that the ball holds no common zero.
     """
     possible = np.ones(len(centres), bool)
     if cone is not None:
@@ -192,7 +192,7 @@ def solve_quadrics(
 
 
 def solution_near(forms: Reals, cone: Reals | None, vector: Reals) -> tuple[Reals, float]:
-    """Return the vector that Newton's method reaches from a vector (m,), and its residual; others as above."""
+    """Return the vector that Newton's method reaches from a vector (m,), and its residual."""
     ends, residuals = _newton(_independent(forms), cone if cone is not None and len(cone) else None, vector[None])
     return ends[0], float(residuals[0])
 
@@ -277,8 +277,8 @@ def _kernels(forms: Reals, vectors: Reals) -> list[Reals]:
 def _dimension(forms: Reals, z: Reals, kernel: Reals, solved: float) -> int:
     """Dimension of the set of solutions around one, on the sphere.
 
-    It is at most that of the space spanned by the directions to neighbours. Where families cross, that is greater than
-    the dimension of any of them, so it is computed at the neighbours, each of which lies on one family.
+    It is at most the dimension of the space that the directions to neighbours span. Where families cross, this space
+    has more dimensions than any of them, so the dimension is computed at the neighbours, each on one family.
     """
     neighbours, max_dimension = _neighbours(forms, z, kernel, solved, FAMILY_NEIGHBOUR_DISTANCE)
     if max_dimension and all(len(other) == max_dimension for other in _kernels(forms, neighbours)):

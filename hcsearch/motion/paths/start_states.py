@@ -28,7 +28,7 @@ MAX_STATES_BYTES = 64 * 2**20
 def resolve_start(
     linkage: Linkage, labels: Labels, start: str | Path | Reals, *, row: int | None = None, stops: bool
 ) -> tuple[Reals, str]:
-    """Return the closed state that a start names, and what it is in words.
+    """Return the closed state that a start names, and its description in words.
 
     start : `folded`, `flat`, the name of a CSV table of states (`read_start_state`), or fold angles in rad.
     row : of the table. stops : whether the state must lie within the stops 0 and pi.

@@ -58,7 +58,7 @@ PredictedState = tuple[Reals, Reals, int]
 class Predictor:
     """A named predictor of the state at a distance from the last one, given also the one before it (or None).
 
-    evaluations : of the closure in each prediction.
+    evaluations : number of evaluations of the closure in each prediction.
     """
 
     name: str
@@ -74,7 +74,7 @@ def _euler(before: PathStep | None, last: PathStep, distance: float) -> Predicte
 def _taylor(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
     """Predict along the osculating parabola: the second-order closure equations cost one pass around the loops.
 
-    The velocity is that of the trapezoidal rule: its other half is normal to the closed states at the next one, and
+    The velocity follows the trapezoidal rule: the other half of it is normal to the closed states at the next one, and
     vanishes by projection there.
     """
     velocity = last.tangent + 0.5 * distance * last.acceleration
@@ -84,8 +84,8 @@ def _taylor(before: PathStep | None, last: PathStep, distance: float) -> Predict
 def _adams(before: PathStep | None, last: PathStep, distance: float) -> PredictedState:
     """Predict along the parabola corrected by the change of the acceleration (Adams, Bashforth and Moulton).
 
-    The velocity is the integral of the quadratic through three accelerations, of which the next one vanishes by
-    projection. The first step, and one from a singular state, where part of the acceleration is unknown, is a parabola.
+    The velocity is the integral of the quadratic through three accelerations; the next one vanishes by projection. The
+    first step, and one from a singular state, where part of the acceleration is unknown, is a parabola.
     """
     if not _comparable(before, last):
         return _taylor(before, last, distance)

@@ -1,6 +1,6 @@
 """The critical margin of a linkage: the least play that opens it, and the greatest for which no path was found.
 
-Panels shrunk by more have all motions of those shrunk by less, so the least margin with a path is found by bisection,
+Panels shrunk by more have all motions of panels shrunk by less, so the least margin with a path is found by bisection,
 on a grid of margins that is the same for all linkages up to their scale. At this margin a path is proved. Below it
 there is only a search that found no path (docs/explanation/motion.md), with its cost. With more play there is more to
 search, so that no path may be found with the greatest margin, and one with less.
@@ -25,7 +25,7 @@ MARGIN_GRID_RATIO = 1.3
 MAX_TRIED_MARGIN_SHARE = 0.97
 """Greatest tried margin, as a share of the margin that leaves nothing of a panel."""
 MARGIN_LIST_PARTS = 4
-"""Number of parts of the list of margins at whose ends a first path is searched for, the greatest margin first."""
+"""A first path is searched for at the ends of this many parts of the list of margins, the greatest margin first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +34,9 @@ class CriticalMargin(ByValue):
 
     least_proved : m, the least margin of the grid with a proved path, None without one. least_met : m, the least margin
     with a path that was found, proved or not. greatest_unmet : m, the greatest margin below `least_met` for which the
-    search found no path, or of all where it found none; None where it found one at the least margin. trees : of each
-    search. searches : number of searches, each with one margin. states : of the path that is proved at the least
-    margin, as it was found, (k, n_hinges).
+    search found no path, or of all where it found none; None where it found one at the least margin. trees : the trees
+    of each search. searches : number of searches, each with one margin. states : the states, (k, n_hinges), of the path
+    that is proved at the least margin, as it was found.
     """
 
     least_proved: float | None
@@ -47,7 +47,7 @@ class CriticalMargin(ByValue):
     states: Reals | None = None
 
     def less_than(self, other: CriticalMargin) -> bool:
-        """Whether this linkage opens with less play than another: by proved margins, then by those of paths met."""
+        """Whether this linkage opens with less play than another: by proved margins, then by margins of paths met."""
         return (_last(self.least_proved), _last(self.least_met)) < (_last(other.least_proved), _last(other.least_met))
 
 
@@ -64,7 +64,8 @@ def critical_margin_grid(linkage: Linkage) -> tuple[float, ...]:
 def critical_margin(linkage: Linkage, trees: TreeStep = BISECTION_TREES) -> CriticalMargin:
     """Find the least play that opens a linkage, and the greatest below it for which no path was found.
 
-    The way of joining flat pairs whose motions include those of all others has the least: `motion_search._widest`.
+    The widest way of joining flat pairs, which allows all motions of the others, needs the least play:
+    `motion_search._widest`.
     """
     return _Bisection(linkage, trees).run()
 
@@ -72,7 +73,7 @@ def critical_margin(linkage: Linkage, trees: TreeStep = BISECTION_TREES) -> Crit
 class _Bisection(SteppedSearch[CriticalMargin]):
     """Bisection over the list of margins; efforts are searches, each with one margin.
 
-    met, proved : index of the least margin with a path that is found, or proved; the list's length for unknown.
+    met, proved : index of the least margin with a path that is found, or proved; the list's length where it is unknown.
     failed : indices of margins for which the search found no path. next : index of the margin of the next search.
     """
 
@@ -104,7 +105,7 @@ class _Bisection(SteppedSearch[CriticalMargin]):
         while self.met - self.unmet > 1:
             yield (self.unmet + self.met) // 2
         low = self.met
-        while self.proved - low > 1:  # a proof may fail above one that does not: that costs a place or two
+        while self.proved - low > 1:  # a proof may fail at more play than a proved path has: that costs a place or two
             middle = (low + self.proved) // 2
             yield middle
             low = middle if self.proved > middle else low
@@ -136,7 +137,7 @@ class _Bisection(SteppedSearch[CriticalMargin]):
             if states is None:
                 continue
             met, self.met = True, min(self.met, place)
-            # a path for a margin that is not quite clear at it may be clear at the next one
+            # a path that is not quite clear at its margin may be clear at the next one
             margin = self.prover.prove(states, self.margins[self.unmet + 1 : place + 2]).margin
             if margin is not None:
                 if self.margins.index(margin) < self.proved:

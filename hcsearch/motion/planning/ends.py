@@ -27,12 +27,12 @@ MAX_DEPARTURE_HALVINGS = 30
 DEPARTURE_ROUNDING = 1e-13
 """Rounding error of the equations, relative to the norms of their terms: sums of some hundred products."""
 MIN_DEPARTURE_TURN_RATIO = 0.01
-"""Least turn of a hinge that leaves an end, over that of the fastest."""
+"""Least turn of a hinge that leaves an end, over the turn of the fastest hinge."""
 DEPARTURE_RESIDUAL = 1e-14
 """Greatest residual of a direction at first and second order."""
 UNTURNED_RATIO = DEPARTURE_RESIDUAL**0.5
-"""A hinge at a stop whose turn, over that of the fastest, is no greater stays there: so exact are directions whose
-residual is of second order."""
+"""A hinge at a stop stays there if its turn, over the turn of the fastest hinge, is no greater: directions with a
+residual of second order are only so exact."""
 ZERO_JACOBIAN_SHARE = 1e-9
 """Singular values of the Jacobian below this share of the greatest count as zeros."""
 END_CLOSURE_RESIDUAL = 1e-12
@@ -43,8 +43,8 @@ END_CLOSURE_RESIDUAL = 1e-12
 class Departure(ByValue):
     """Closed states proved beside the first part of a path's first step.
 
-    share : of the step, up to which they are proved. wanders : (n_hinges,), greatest deviations of their fold angles
-    from the path's (rad) in that part.
+    share : the share of the step up to which they are proved. wanders : (n_hinges,), greatest deviations of their fold
+    angles from the path's (rad) in that part.
     """
 
     share: float
@@ -53,13 +53,13 @@ class Departure(ByValue):
 
 @dataclass(frozen=True, eq=False)
 class _Step(ByValue):
-    """Bounds of a step, in the share s of it.
+    """Bounds of a step, as functions of its share s.
 
-    sizes : of the coefficients of s, s^2 and s^3 of the course. gains : (n_hinges,), turns (rad) in a ball of radius 1;
-    gain : the size of these. across, along : norms of the terms of F / s across the wrenches, from order 0 on, and of F
-    / s^2 along them. turned_across, turned_along : of the derivative, from order 1 on. bent_across, bent_along : of the
-    second derivative at the end, in the directions in which the ball lies. off : rounding error of the derivative less
-    1.
+    sizes : sizes of the coefficients of s, s^2 and s^3 of the course. gains : (n_hinges,), turns (rad) in a ball of
+    radius 1; gain : the size of these turns. across, along : norms of the terms of F / s across the wrenches, from
+    order 0 on, and of F / s^2 along them. turned_across, turned_along : the same norms of the derivative, from order 1
+    on. bent_across, bent_along : the same norms of the second derivative at the end, in the directions in which the
+    ball lies. off : rounding error of the derivative less 1.
     """
 
     sizes: tuple[float, float, float]
@@ -225,9 +225,9 @@ class EndClosure:
         left_across = float(step.across @ powers[: SERIES_ORDER_COUNT - 1]) + rest / s
         left_along = float(step.along @ powers[: SERIES_ORDER_COUNT - 2]) + rest / s**2
         radius = (math.hypot(left_across, left_along) + rounding) / (1.0 - MAX_DEPARTURE_CONTRACTION)
-        off = radius * step.gain  # what the ball adds to the course, of order 1
+        off = radius * step.gain  # the term of order 1 that the ball adds to the course
         rest = step.gain * rest
-        # beyond the second derivative at the end itself, which is known with signs
+        # all but the second derivative at the end itself, which is known with signs
         beside = off * step.gain * math.expm1(min(s * (b + off) + s * s * c + s**3 * step.sizes[2], 700.0))
         factor_across = float(step.turned_across @ powers[1:]) + rest + s * (radius * step.bent_across + beside)
         factor_along = float(step.turned_along @ powers[1:-1]) + rest / s + radius * step.bent_along + beside

@@ -54,12 +54,12 @@ class ProvedPath(NamedTuple):
 class PlannedMotion(ByValue):
     """The known facts about the motion of a folding.
 
-    way : how flat pairs are joined; of the path, if there is one. states : of the path, (k, n_hinges), or None.
-    proof : of the path, which may have failed. growths : growth of the trees, by way, where the search reached no path.
-    labels : names of panels in the linkage of the path, if there is one. efforts : of `schedule`, made in all;
-    a search with a greater budget goes on after these. locks : between the ends, by way, in the order in
-    which they were proved; one with hinged pairs covers all others. locked : whether the locks cover all allowed
-    ways. critical : the critical margin of the widest way, where it was searched for.
+    way : how flat pairs are joined; of the path, if there is one. states : the states of the path, (k, n_hinges), or
+    None. proof : the proof of the path, which may have failed. growths : growth of the trees, by way, where the search
+    reached no path. labels : names of panels in the linkage of the path, if there is one. efforts : number of efforts
+    of `schedule` made in all; a search with a greater budget goes on after these. locks : locks between the ends, by
+    way, in the order in which they were proved; one with hinged pairs covers all others. locked : whether the locks
+    cover all allowed ways. critical : the critical margin of the widest way, where it was searched for.
     """
 
     way: Way | None
@@ -77,7 +77,7 @@ class PlannedMotion(ByValue):
         """The widest lock and its way; where several locks together lock the folding, at their least margin."""
         if not self.locks:
             return None
-        way, widest_lock = self.locks[-1]  # that with hinged pairs is the last: it ends the search
+        way, widest_lock = self.locks[-1]  # a lock with hinged pairs is the last: it ends the search
         margins = [lock.margin for _, lock in self.locks if lock.margin is not None]
         if self.locked and way != "hinged" and margins:
             widest_lock = replace(widest_lock, margin=min(margins))
@@ -107,9 +107,9 @@ def plan_motion(
 ) -> PlannedMotion:
     """Search for a proved path of a folding.
 
-    ways : how flat pairs may be joined, in this order. margin : m, the greatest; None for that of `margin_of`.
-    budget : efforts of `schedule`. done : number of these made before, without a proof.
-    Congruent foldings share one search, that of their representative. SizeError for more panels than `problems` allows.
+    ways : how flat pairs may be joined, in this order. margin : the greatest margin, m; None for `margin_of`.
+    budget : efforts of `schedule`. done : number of efforts made before, without a proof. Congruent foldings share the
+    search of their representative. SizeError for more panels than `problems` allows.
     """
     check_memory(folding.circuit.n)
     likeness = folding.likeness(panel)
@@ -124,20 +124,20 @@ def plan_linkage_motion(
 ) -> PlannedMotion:
     """Search for a proved path of a linkage from its folded to its flat state; its way is `hinged`.
 
-    margin, budget, done : as of `plan_motion`. SizeError for more panels than `problems` allows.
+    margin, budget, done : as in `plan_motion`. SizeError for more panels than `problems` allows.
     """
     check_memory(linkage.n_panels)
     return _MotionSearch({"hinged": linkage}, margin, budget, done).run()
 
 
 def proof_margins(linkage: Linkage, margin: float | None = None) -> list[float]:
-    """The margins (m) at which paths are proved, ascending; margin : the greatest; None for that of `margin_of`."""
+    """The margins (m) at which paths are proved, ascending; margin : the greatest; None for `margin_of`."""
     top = margin_of(linkage) if margin is None else margin
     return [*(play * scale_of(linkage) for play in CERTIFIED_MARGINS if play * scale_of(linkage) < top), top]
 
 
 def motion_from_twin(motion: PlannedMotion, folding: Folding, panel: PanelSize) -> PlannedMotion:
-    """Convert the motion of the representative congruent folding to that of a folding: only the numbering differs."""
+    """Convert the motion of a representative to the motion of a congruent folding: only the numbering differs."""
     locks = tuple((way, _carried_lock(lock, folding.linkage(panel, flat_pairs=way))) for way, lock in motion.locks)
     motion = replace(motion, locks=locks)
     if motion.way is None or motion.states is None:
@@ -198,7 +198,7 @@ class _MotionSearch(SteppedSearch[PlannedMotion]):
     @property
     def result(self) -> PlannedMotion:
         """The known facts about the motion."""
-        # of the widest ways, where all ways were searched: a search that goes on knows no others
+        # only the widest ways, even where all ways were searched: a search that goes on knows no others
         shown_ways = [way for way in self.widest if way in self.growths] or list(self.growths)
         growths = () if self.best.states is not None else tuple((way, self.growths[way]) for way in shown_ways)
         locks = tuple(self.locks.items())
@@ -292,7 +292,7 @@ class _MotionSearch(SteppedSearch[PlannedMotion]):
         return False
 
     def _planner(self, way: Way, margin: float) -> Planner:
-        """Return the planner of the last search, if it fits, or a new one: that of a large array takes much memory."""
+        """Return the planner of the last search, if it fits, or a new one; a large array's takes much memory."""
         if self.planner is None or self.planner[0] != (way, margin):
             self.planner = None
             self.planner = ((way, margin), Planner(self.linkages[way], margin))
@@ -306,7 +306,7 @@ class _MotionSearch(SteppedSearch[PlannedMotion]):
 
 
 def _widest(allowed: tuple[Way, ...]) -> tuple[Way, ...]:
-    """The way of joining flat pairs whose motions include those of all others; all ways where there is none."""
+    """The way of joining flat pairs that allows all motions of the others; all ways where there is none."""
     return ("hinged",) if "hinged" in allowed else allowed
 
 

@@ -42,12 +42,12 @@ class PathProof(ByValue):
     """The proved properties of a path.
 
     motion : the states that the proof is about, with rates; None where closed states are not proved beside all of it.
-    closed : whether they are. end_distances : rad, distances of the proof from the packed and from the flat state, 0
-    where it joins them. exact : whether both ends are known in whole numbers; else the proof holds up to rounding
-    there. slack : m, greatest deviation of panels from their places on the path. stop_excess : rad, greatest excess of
-    a hinge beyond its stop. clearance : at the least margin at which panels are certified to keep apart, or at the
-    greatest that was tried. overlap : m, depth by which full-size panels cut into each other at the states of the
-    motion; 0 where they only touch.
+    closed : whether closed states are proved there. end_distances : rad, distances of the proof from the packed and
+    from the flat state, 0 where it joins them. exact : whether both ends are known in whole numbers; else the proof
+    holds up to rounding there. slack : m, greatest deviation of panels from their places on the path.
+    stop_excess : rad, greatest excess of a hinge beyond its stop. clearance : the clearance at the least margin at
+    which panels are certified to keep apart, or at the greatest margin tried. overlap : m, depth by which full-size
+    panels cut into each other at the states of the motion; 0 where they only touch.
     """
 
     motion: Course | None
@@ -129,7 +129,7 @@ class Prover:
     def motion_in(self, tubes: Sequence[Tube]) -> tuple[Course, float, float]:
         """Return the motion along tubes, the deviation of closed states from it (rad), and that of panels (m)."""
         motion, wander = _end_to_end(tubes)
-        # a hinge turns what others have moved already
+        # a hinge turns panels that others have moved already
         return motion, wander, math.expm1(wander) * self._longest_path
 
     def _unproved(self, end_distances: tuple[float, float], exact: bool) -> PathProof:
@@ -139,7 +139,7 @@ class Prover:
     def tubes(self, states: Reals, margins: Sequence[float]) -> _Enclosed:
         """Return tubes that hold a closed path, narrow enough for the least stated play or for a margin (m).
 
-        The tubes are of stretches between flat-folded states, in order; with `PathProof.end_distances` and `exact`.
+        Each stretch between flat-folded states has a tube, in order; `PathProof.end_distances` and `exact` follow.
         """
         if not self.linkage.loops:
             return self._free(states)
@@ -147,7 +147,7 @@ class Prover:
         for stretches in self._cut(states):
             for margin in sorted(
                 {CERTIFIED_MARGINS[0] * self.scale, *margins}
-            ):  # what wanders less leaves more of the gaps
+            ):  # states that wander less leave more of the gaps
                 enclosed = self._along(stretches, self.limit(margin))
                 if enclosed[0] and not any(enclosed[1]):
                     return enclosed

@@ -39,7 +39,7 @@ from hcsearch.shape.linkage import Linkage
 TREE_STATE_CAPACITY = 12000
 """Capacity of a tree (states)."""
 PAIR_CALL_ROUNDS, FOREST_CALL_ROUNDS = 50, 10
-"""Rounds in one call of the kernel, for which an interrupt waits: of two trees alone, and of two among several."""
+"""Rounds in one call of the kernel, for which an interrupt waits: with two trees alone, and with two among several."""
 ROOT_START_COUNT, MAX_ROOT_TRIES = 30, 400
 """Number of states near a root from which its tree grows, and of tries to reach them."""
 MAX_BRIDGE_STATES = 4000
@@ -60,7 +60,7 @@ class TreeConnection(ByValue):
 
 
 class Forest:
-    """Trees from roots, shape (k, m), of which the first two are the packed and the flat state."""
+    """Trees from roots, shape (k, m); the first two roots are the packed and the flat state."""
 
     def __init__(self, space: Space, roots: Reals, stack: StateStack, work: SpaceWork) -> None:
         self.space, self.stack, self.work = space, stack, work
@@ -200,8 +200,9 @@ class TreeGrowth:
     """The growth of the trees in one search.
 
     starts : states near the packed and near the flat state from which they grew; 0 where the search reached no
-    state beyond that end. sizes : states of both trees, with those of trees that met them. rounds : of growth, in all.
-    late : the share of the states of each that the second half of the rounds added: 0 for a tree that is closed off.
+    state beyond that end. sizes : numbers of states of both trees, with all trees that met them. rounds : rounds of
+    growth in all. late : the share of each tree's states that the second half of the rounds added: 0 for a tree that is
+    closed off.
     resolution : rad, width of cells in which states count as alike. full : whether a tree had no more room.
     roots : number of flat-folded states from which further trees grew.
     """
@@ -224,9 +225,9 @@ class TreeGrowth:
 class PathPlan(ByValue):
     """The result of one search.
 
-    states : of a path, (k, n_hinges), from packed to flat, or None. growth : of the trees. clouds : closed
-    states that were reached from packed, and those that were from flat, (k, n_hinges) each; where there is a path, all
-    of them both times.
+    states : the states of a path from packed to flat, (k, n_hinges), or None. growth : the growth of the trees.
+    clouds : closed states reached from packed, and closed states reached from flat, (k, n_hinges) each; where there is
+    a path, both hold all of them.
     """
 
     states: Reals | None
@@ -249,7 +250,7 @@ class _TreeSearch(SteppedSearch[TreeGrowth]):
         return not all(self.starts) or self.forest.is_joined or self.forest.is_full
 
     def step(self, budget: Budget) -> None:
-        """Take one turn, of no rounds beyond the middle of the budget."""
+        """Take one turn, which stops at the middle of the budget."""
         rounds = int(budget.efforts)
         left = (rounds // 2 if self.efforts < rounds // 2 else rounds) - self.efforts
         turn = min(self.forest.rounds_per_turn, left)
@@ -298,7 +299,7 @@ class Planner:
             growth = TreeGrowth((0, 0), (1, 1), 0, (0.0, 0.0), STATE_CELL_WIDTH, False)
             return PathPlan(None, growth, (ends[0][None], ends[1][None]))
         root_states = forest_roots(ends, self.junctions, roots, budget.seed) if roots else np.array(ends)
-        # the search of a gap begins where the last one ended: anew, so that no plan hangs on the one before
+        # the search of a gap begins where the last one ended: reset, so that no plan depends on the one before
         self.stack.corners[:], self.stack.gap_directions[:] = -1, 0.0
         growing = _TreeSearch(Forest(self.space, root_states, self.stack, self.work), budget.seed)
         growth, forest = growing.run(budget), growing.forest

@@ -28,7 +28,7 @@ MIN_STATE_GAP_SHARE, MIN_STEP_GAP_SHARE, MIN_DIRECTION_GAP_SHARE = 0.01, 0.05, 0
 MAX_PLANNING_MEMORY_BYTES = 2_000_000_000
 """Memory limit of a search."""
 _FIXED_BYTES, _PANEL_BYTES, _PAIR_BYTES = 250_000_000, 300_000, 900
-"""Bytes: without panels; for each panel, as of states in trees; for each two, as of gaps in a state."""
+"""Bytes without panels; for each panel (states in trees); and for each pair of panels (gaps in a state)."""
 
 
 def check_memory(n: int) -> None:
@@ -98,7 +98,7 @@ def group_of(linkage: Linkage, loops: Loops, end: WholeEnd, moving: Flags, jacob
     """Return the smallest group in which loops close while some hinges stay fixed at a flat-folded closed state.
 
     end : that state in whole numbers. moving : (n_hinges,), the hinges that turn. jacobian : (n_rows, n_hinges),
-    screws there. All hinges, and all equations, where the group of some loop is that of all motions.
+    screws there. All hinges, and all equations, where some loop needs the group of all motions.
     """
     rows: list[Reals] = []
     turning_hinges: list[list[int]] = []

@@ -1,4 +1,4 @@
-"""The schedule of the search for a folding's motion: a sequence of efforts, of which a budget allows the first so many.
+"""The schedule of the search for a folding's motion: a sequence of efforts, which a budget cuts off.
 
 A search with a greater budget continues after the efforts already made, so that an undecided folding can be searched
 further without repeating them. The result of an effort does not depend on when the efforts before it were made.
@@ -26,8 +26,8 @@ class MovesStep:
 class FloodStep:
     """Proofs that loops and stops lock the folding.
 
-    boxes : that each way of joining flat pairs may take. panels : whether the proof also uses panels that do not pass
-    through each other, at the greatest margin.
+    boxes : number of boxes for each way of joining flat pairs. panels : whether the proof also uses panels that do not
+    pass through each other, at the greatest margin.
     """
 
     words: ClassVar[str] = "searching for a proof of a lock"
@@ -39,7 +39,7 @@ class FloodStep:
 class TreeStep:
     """Searches by trees of states.
 
-    widest : whether only the way of joining flat pairs is searched whose motions include those of all others; else
+    widest : whether only the widest way of joining flat pairs is searched, which allows all motions of the others; else
     every way. loose : whether the margin is the greatest; else the least that is stated. rounds, seeds : of each
     search. roots : number of junctions as further roots of trees.
     """
@@ -92,7 +92,7 @@ def all_efforts() -> Iterator[tuple[EffortStep, ...]]:
     for k in count():
         boxes = FIRST_FLOOD_BOXES * FLOOD_BOX_GROWTH**k
         loose, roots = ((True, SEARCH_ROOT_COUNT), (True, 0), (False, SEARCH_ROOT_COUNT))[k % 3]
-        first = 100 * (k + 1)  # other seeds than those of the first two efforts, which add tens where a proof fails
+        first = 100 * (k + 1)  # other seeds than in the first two efforts, which add tens where a proof fails
         seeds = tuple(range(first, first + SEARCH_SEED_COUNT))
         trees = TreeStep(widest=True, loose=loose, rounds=LONG_SEARCH_ROUNDS, seeds=seeds, roots=roots)
         free, blocked = FloodStep(boxes), FloodStep(boxes, panels=True)

@@ -49,7 +49,7 @@ COLLINEAR_HINGE_COUNTS = (2, 4, 6, 8)
 
 
 class SimpleMoves(SteppedSearch[Reals | None]):
-    """The path of the fewest simple moves of a linkage with loops, its panels shrunk by a margin (m) on every face.
+    """The path of fewest simple moves of a linkage with loops, with panels shrunk by a margin (m) on every face.
 
     The result is its states, (k, n_hinges), from packed to flat, or None; efforts are flat-folded states.
     """

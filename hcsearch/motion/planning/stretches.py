@@ -91,9 +91,10 @@ MAX_CLOSING_CHANGE = 1e-3
 class Tube(ByValue):
     """The proof of a stretch.
 
-    track : the states beside whose cubics closed states lie; None where that is not proved. wander : rad, greatest
-    deviation of those from it, summed over hinges. reach : rad, distances of the proof from both ends. turns_equally :
-    whether hinges leave a flat-folded state by the same angle throughout, where loops stay closed exactly.
+    track : the motion of cubics beside which closed states lie; None where that is not proved. wander : the greatest
+    deviation of closed states from it, rad, summed over hinges. reach : distances of the proof from both ends, rad.
+    turns_equally : whether hinges leave a flat-folded state by the same angle throughout, where loops stay closed
+    exactly.
     """
 
     track: Track | None
@@ -272,14 +273,14 @@ class Stretch:
         return row.ravel()
 
     def _leaving(self, end: EndClosure, direction: Reals) -> Reals:
-        """The rate at a regular end, at unit speed, nearest to a direction, at which loops stay closed."""
+        """The rate nearest to a direction, at unit speed, at which loops stay closed at a regular end."""
         equations = end.across @ end.jacobian
         rate: Reals = direction - np.linalg.pinv(equations) @ (equations @ direction)
         rate[~self.group.moving] = 0.0
         return rate / max(float(np.linalg.norm(rate)), SAME_STATE_DISTANCE)
 
     def rates(self, times: Reals, path: Reals) -> Reals:
-        """Rates at the states of a path: of the parabola through three of them, projected to keep loops closed."""
+        """Rates at the states of a path, from the parabola through three of them, projected to keep loops closed."""
         if len(path) < 2:
             return np.zeros_like(path)
         h, slopes = np.diff(times)[:, None], np.diff(path, axis=0) / np.diff(times)[:, None]

@@ -95,7 +95,7 @@ def enumerate_circuits(
 ) -> Iterator[Circuit]:
     """Yield one circuit of every congruence class: on all arrays of n cells of a grid, or on one array.
 
-    Circuits of an array run through its own cells; those of all arrays are canonical and lie near the origin.
+    Circuits of an array run through its own cells; circuits of all arrays are canonical and lie near the origin.
 
     Parameters
     ----------

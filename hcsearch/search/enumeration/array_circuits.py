@@ -23,8 +23,8 @@ from hcsearch.kernels.circuits import frontier
 from hcsearch.kernels.circuits.words import canonicalise
 from hcsearch.search.enumeration.sweep import Sweep, plan_sweep
 
-MAX_FRONTIER_STATES = 30_000_000  # of all layers, to list: 0.7 GB
-MAX_LAYER_ENTRIES = 40_000_000  # of one layer, to count: 6 GB; 16 x 16 squares stay below, 17 x 18 do not
+MAX_FRONTIER_STATES = 30_000_000  # states of all layers, to list circuits: 0.7 GB
+MAX_LAYER_ENTRIES = 40_000_000  # entries of one layer, to count: 6 GB; 16 x 16 squares stay below, 17 x 18 do not
 _MAX_TAILS = 1 << 16
 _SHARD_SIZE = 1 << 15
 

@@ -242,7 +242,7 @@ class FoldedSearch:
         return np.array(keys, np.int64).reshape(-1, 6)
 
     def _images(self, edge_class: int, end: int, face: int) -> list[tuple[int, int]]:
-        """Return the keys of a folding's roots (`kernels.circuits.joining`), given that of the first."""
+        """Return the keys of a folding's roots (`kernels.circuits.joining`), given the key of the first."""
         places, plane, tiling = self._places, self.planes[edge_class], self.grid.tiling
         carried = next(
             isometry

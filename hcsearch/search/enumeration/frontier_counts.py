@@ -91,7 +91,7 @@ def count_array(array: Array, progress: Progress | None = None) -> ArrayCount:
 def count_cycles(sweep: Sweep | None, *, odd: bool = False, progress: Progress | None = None) -> int:
     """Count the Hamiltonian cycles of a planned graph.
 
-    odd : whether to count those with an odd number of marked edges, else those with an even one.
+    odd : whether to count cycles with an odd number of marked edges, else cycles with an even number.
     """
     if sweep is None:
         return 0
@@ -157,7 +157,7 @@ def _count_rotated(array: Array, rotation: LatticeIsometry, image: list[int], pr
     if min(map(len, orbits)) < m:  # a cell at the centre would be a fixed point of the circuit, which is impossible
         return 0
     points = array.points
-    firsts: list[int] = []  # of each orbit, the cell in the sector between the cut and its image
+    firsts: list[int] = []  # the cell of each orbit in the sector between the cut and its image
     home: dict[int, tuple[int, int]] = {}  # cell -> (orbit, number of rotations from that cell)
     for k, orbit in enumerate(orbits):
         centre = (sum(points[i][0] for i in orbit), sum(points[i][1] for i in orbit))

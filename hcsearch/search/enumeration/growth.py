@@ -2,7 +2,7 @@
 
 Counts of polygons on a lattice are asymptotic to C mu^n n^g, where g is believed to be -5/2 on every lattice (Nienhuis,
 Phys. Rev. Lett. 49 (1982) 1062). The fit with that exponent, biased in the words of Guttmann (Phase Transitions and
-Critical Phenomena 13 (1989) 1), has a term in 1/n for what is left. Counts of small n, and lattices on which they rise
+Critical Phenomena 13 (1989) 1), has a term in 1/n for the remainder. Counts of small n, and lattices on which they rise
 and fall with n, make fits differ: the error covers the changes between fits to neighbouring windows of n.
 """
 
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 POLYGON_EXPONENT = -2.5
 _LEAST_COUNTS = 6  # three parameters, and three more counts to judge the fit
-_SHARE = 2 / 3  # of the counts, the last ones
-_LARGEST_ERROR = 0.5  # of the logarithm of mu: beyond it the number says nothing
+_SHARE = 2 / 3  # the share of the counts that is fitted: the last ones
+_LARGEST_ERROR = 0.5  # greatest error of ln mu: beyond it the number says nothing
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Growth:
 
 
 def fit_growth(counts: Mapping[int, int], exponent: float | None = None) -> Growth | None:
-    """Fit the growth of counts by n; None where fewer than six are positive, or where they do not settle it.
+    """Fit the growth of counts by n; None where fewer than six are positive, or where they do not determine it.
 
     counts : count by n, in any spacing; zeros are left out. exponent : the known exponent; by default it is fitted.
 
@@ -48,7 +48,7 @@ def fit_growth(counts: Mapping[int, int], exponent: float | None = None) -> Grow
     if len(sizes) < _LEAST_COUNTS:
         return None
     n = np.array(sizes, float)
-    logs = np.array([math.log(counts[size]) for size in sizes])  # of integers beyond the range of floats, too
+    logs = np.array([math.log(counts[size]) for size in sizes])  # also works for integers beyond the range of floats
     width = max(_LEAST_COUNTS, math.ceil(_SHARE * len(sizes)))
     best, standard_error = _fit(n[-width:], logs[-width:], exponent)
     others = [
@@ -73,7 +73,7 @@ def _fit(
     n: NDArray[np.float64], logs: NDArray[np.float64], exponent: float | None, further_terms: int = 0
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Fit logarithms of counts; ln mu and the exponent (or the factor of 1/n), and their standard errors."""
-    middle = n.mean()  # about which the columns are nearly independent
+    middle = n.mean()  # about the mean, the columns are nearly independent
     x = n / middle
     columns = [np.ones_like(n), n - middle]
     columns += [np.log(x)] if exponent is None else [1 / x]

@@ -1,4 +1,4 @@
-"""What the stages say of a subject of the user: a verdict on each of its foldings, or on the whole pattern."""
+"""The results of the stages for a subject of the user: a verdict on each of its foldings, or on the whole pattern."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Checked:
     heads
         The subject in lines, above the verdicts.
     verdicts
-        On each folding of a design that was checked, or on a pattern of any panels. Each has its `status`, the
-        `heading` that tells it, `reasons`, the `play` that it needs, and `deployed_in`: names and scenes with which
-        `hcsearch deploy` repeats its deployment.
+        The verdict on each folding of a design that was checked, or on a pattern of any panels. Each has its `status`,
+        the `heading` that states it, `reasons`, the `play` that it needs, and `deployed_in`: names and scenes with
+        which `hcsearch deploy` repeats its deployment.
     funnel
         Number of foldings of a design that pass each stage; empty of other patterns.
     fault

@@ -1,4 +1,4 @@
-"""All that the program says of a drawn pattern of any panels: freedoms, locks, motion and deployment."""
+"""All results for a drawn pattern of any panels: freedoms, locks, motion and deployment."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class PatternVerdict:
 
     @property
     def status(self) -> Status | None:
-        """The status, as of a folding; None where no packed state is known and the flat state is not locked."""
+        """The status, as for a folding; None where no packed state is known and the flat state is not locked."""
         if self.locks or (self.motion is not None and self.motion.locked):
             return "locked"
         if not self.packed.packed:
@@ -85,7 +85,7 @@ class PatternVerdict:
 
     @property
     def needed_margin(self) -> float | None:
-        """The play of each face (m) that the motion needs on which the status rests; None without one."""
+        """The play of each face (m) that the motion behind the status needs; None without one."""
         if self.deployment is not None and self.deployment.deploys and self.deployment.play is not None:
             return self.deployment.play.needed_margin
         return None if self.motion is None else self.motion.margin
@@ -179,7 +179,7 @@ def check_pattern(
 ) -> Checked:
     """Take a drawn pattern through the stages of a folding in a scene, until one shows that it is locked.
 
-    progress : called with the stages done, their number, and the next one. SizeError as of `plan_linkage_motion`.
+    progress : called with the stages done, their number, and the next one. SizeError as in `plan_linkage_motion`.
     """
     linkage = Linkage(packed.pattern)
     setup = setup_of_scene(scene, linkage)  # a scene that names an unknown hinge is refused before the work
@@ -214,7 +214,7 @@ def _checked(verdict: PatternVerdict) -> Checked:
 
 @work_step("computing the degrees of freedom")
 def pattern_mobility(name: str, packed: PackedPattern, linkage: Linkage, scene: Scene) -> PatternVerdict:
-    """Return the degrees of freedom and the locks of a drawn pattern, whose linkage this is, without later stages."""
+    """Return the degrees of freedom and the locks of a drawn pattern and its linkage, without later stages."""
     locks = _locks(linkage, packed=packed.packed)
     state = linkage.folded if packed.packed else None
     checked = PatternVerdict(

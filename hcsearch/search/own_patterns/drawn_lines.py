@@ -35,7 +35,7 @@ class CrossingError(ValueError):
 class SplitLines(NamedTuple):
     """Lines that meet at their ends only.
 
-    points : coordinates of the places, those of ends first, then crossings. place_of_point : place of each given point,
+    points : coordinates of the places, first ends of lines, then crossings. place_of_point : place of each given point,
     -1 where no line ends there. places_along : for each given line, the places along it from its first end to its
     second; empty where it vanishes.
     """
@@ -55,7 +55,7 @@ class PointNumbers:
         self._count = 0
 
     def number(self, point: PlanePoint) -> int:
-        """Return the number of a point: that of the first known point within the tolerance, or a new one."""
+        """Return the number of the first known point within the tolerance of a point, or else a new number."""
         x, y = point[0] / self._step, point[1] / self._step
         rows = range(math.floor(y - _REACH), math.floor(y + _REACH) + 1)
         for i in range(math.floor(x - _REACH), math.floor(x + _REACH) + 1):

@@ -29,7 +29,7 @@ from hcsearch.shape.pattern import RIGID_CREASE, Crease, FacetPair, PanelFace, P
 DEFAULT_LONGEST_EDGE = 0.05
 """Longest edge (m) of a drawing that has no physical unit."""
 DEFAULT_THICKNESS_SHARE = 0.12
-"""Thickness over the root of the mean area of a face, where none is stated: that of the panels of `default`."""
+"""Thickness over the root of the mean area of a face, where none is stated: the ratio of the panels of `default`."""
 OVERLAP_GRID_SHARE = 1e-6
 """Grid on which faces are intersected, over the root of their mean area, as GEOS needs one for faces that touch."""
 FACE_OF: dict[str, PanelFace] = {"V": "top", "M": "bottom"}
@@ -39,7 +39,7 @@ FACE_OF: dict[str, PanelFace] = {"V": "top", "M": "bottom"}
 def pattern_of_drawing(drawing: PatternDrawing, panel: str | None = None) -> Pattern:
     """Return the pattern of a drawing; unassigned creases are valleys until `packed_states` assigns them.
 
-    panel : longest edge x thickness, mm, as of `--panel`; None for the sizes that the file states.
+    panel : longest edge x thickness, mm, as in `--panel`; None for the sizes that the file states.
 
     Hinges close in the packed state where the file says nothing else: a stated fold angle of 0 leaves them flat there,
     if any other angle is not 0. PatternError for panels that are not convex, overlap or hang on no other, and for
@@ -60,7 +60,7 @@ def pattern_of_drawing(drawing: PatternDrawing, panel: str | None = None) -> Pat
 
 
 def _is_ring(pattern: Pattern, loop: Sequence[FacetPair]) -> bool:
-    """Whether pairs of facets are the hinges around a ring of panels, of which none comes twice."""
+    """Whether pairs of facets are the hinges around a ring of panels, each of which comes once."""
     creases = [pattern.creases.get((min(pair), max(pair))) for pair in loop]
     if len(loop) < 2 or any(crease is None or crease.face is None for crease in creases):
         return False
@@ -106,7 +106,7 @@ def states_between_stops(drawing: PatternDrawing) -> bool:
 
 
 def stated_angles(drawing: PatternDrawing, pattern: Pattern) -> Reals:
-    """Return the stated fold angles of the hinges, (n_hinges,), rad; those near a stop are at it.
+    """Return the stated fold angles of the hinges, (n_hinges,), rad; angles near a stop are set to it.
 
     PatternError where creases of one hinge differ.
     """
@@ -208,7 +208,7 @@ def _reflex_corner(facet: Facet) -> int | None:
 
 
 def _check_overlaps(drawing: PatternDrawing) -> None:
-    """Refuse faces that cover each other, as those around a hole with a loose panel in it do; PatternError."""
+    """Refuse faces that cover each other, as faces around a hole with a loose panel in it do; PatternError."""
     size = math.sqrt(sum(map(facet_area, drawing.facets)) / len(drawing.facets))
     for one, two in overlapping_polygons([np.array(facet) / size for facet in drawing.facets], STRAIGHT_SIDE_SHARE):
         raise PatternError(

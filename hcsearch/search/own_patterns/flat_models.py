@@ -20,7 +20,7 @@ SAME_MODEL_POINT_SHARE = 1e-5
 MAX_MODEL_JOINTS = 3 * MAX_DRAWN_PANELS
 """Greatest number of joints of a model; each is compared with each face."""
 _Heights = tuple[float, float]
-"""Of the bottom and the top face, m."""
+"""Heights of the bottom and the top face, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class ModelHinge(ByValue):
     Parameters
     ----------
     name
-        Of the joint.
+        The name of the joint.
     first, second
         The names of its links.
     point
@@ -123,7 +123,7 @@ class FlatModel:
 class _FlatDrawing:
     """The faces of a model with their corners numbered.
 
-    panel_of : panel of each link. faces : panel and corners of each face. size : of the largest face, m.
+    panel_of : panel of each link. faces : panel and corners of each face. size : the size of the largest face, m.
     """
 
     def __init__(

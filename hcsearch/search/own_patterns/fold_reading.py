@@ -60,8 +60,8 @@ FacetSide = tuple[int, int]
 class FacetJoin:
     """The joint of two facets.
 
-    assignment : M, V, F or U. face : of a hinge, where the file states it. angle : the fold angle that the file states,
-    degrees, positive for valleys; None without one.
+    assignment : M, V, F or U. face : the face of a hinge, where the file states it. angle : the fold angle that the
+    file states, degrees, positive for valleys; None without one.
     """
 
     assignment: str
@@ -75,9 +75,9 @@ class PatternDrawing:
 
     facets : corners counterclockwise, seen from above, in units of the file. joins : joints of pairs of facets, the
         lower number first; other pairs that share an edge have a slit between them.
-    outlines : of the facets, with the points in the middle of their sides at which other lines end.
+    outlines : outlines of the facets, with the points in the middle of their sides at which other lines end.
     unit : metres per unit, None where the file has no physical unit. thickness : in units, None where it is not stated.
-    notation : of the design or assembly that was exported, or empty. loops : as in `Pattern`.
+    notation : the notation of the exported design or assembly, or empty. loops : as in `Pattern`.
     remarks : sentences for users on the interpretation of the file.
     form_fault : why a folded form in the file gives no packed state, as a sentence; empty without a fault.
     """
@@ -94,7 +94,7 @@ class PatternDrawing:
 
 
 def read_fold(path: str) -> PatternDrawing:
-    """Read a FOLD file; InputFileError as of `read_text`, and where it holds no flat pattern."""
+    """Read a FOLD file; InputFileError as in `read_text`, and where it holds no flat pattern."""
     return parse_fold(read_text_file(path, max_bytes=MAX_FOLD_FILE_BYTES), path)
 
 
@@ -118,15 +118,15 @@ def drawing_of_data(data: Mapping[str, Any], path: str) -> PatternDrawing:
     reader = _Reader(FrameValues(frame), None if form is None else FrameValues(form), is_animation(data))
     try:
         return reader.drawing()
-    except CrossingError as error:  # with whatever tolerance
+    except CrossingError as error:  # with every tolerance
         raise InputFileError(f"{path} has too many lines for a pattern: they {error}; draw fewer") from None
 
 
 class _Reader:
     """The points, edges and faces of one crease pattern, as listed in a file.
 
-    form_angles : fold angles of the edges in a folded form; None without one. form_fault : as of `PatternDrawing`.
-    form_is_step : whether the form is a step of a motion, and its angles do not count where they are between the stops.
+    form_angles : fold angles of the edges in a folded form; None without one. form_fault : as in `PatternDrawing`.
+    form_is_step : whether the form is a step of a motion, so that its angles between the stops do not count.
     """
 
     def __init__(self, values: FrameValues, form: FrameValues | None, form_is_step: bool) -> None:
@@ -408,12 +408,12 @@ class _Reading:
         return marks
 
     def _mark(self, k: int, letters: list[Any] | None, angles: list[Any] | None, hinges: list[Any] | None) -> FacetJoin:
-        """Return the assignment of an edge, or else that of the sign of its fold angle, and its hinge face."""
+        """Return the assignment of an edge, or else the one that its fold angle's sign implies, and its hinge face."""
         angle = None if angles is None else self._angle(k, angles[k])
         letter = "U" if letters is None else str(letters[k]).upper()
         if letter not in {"B", "M", "V", "F", "U", "C", "J"}:
             raise self.values.wrong(f"edge {k} has the assignment {letter!r}: write B, M, V, F, U, C or J")
-        # of faces that lie on each other the folded form has no sign
+        # the folded form has no sign for faces that lie on each other
         if letter == "U" and angle and (self.whole.form_angles is None or abs(angle) < 180.0):
             letter = "V" if angle > 0.0 else "M"
         face = hinges[k] if hinges is not None and hinges[k] in ("top", "bottom") else None

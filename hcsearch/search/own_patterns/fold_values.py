@@ -30,9 +30,9 @@ class FoldFileFrame:
 def crease_pattern_frame(data: Mapping[str, Any], path: str) -> FoldFileFrame:
     """Return the frame with the crease pattern; InputFileError for invalid frames or inheritance.
 
-    Among frames with points and edges or faces, the classes are tried in this order: a crease pattern; one of no class
-    that excludes a flat pattern of panels; a graph or linkage; a folded form. Without such a frame, it is the first one
-    with points, or else the key frame.
+    Among frames with points and edges or faces, the classes are tried in this order: a crease pattern; a frame whose
+    classes do not exclude a flat pattern of panels; a graph or linkage; a folded form. Without such a frame, it is the
+    first one with points, or else the key frame.
     """
     frames = _frames(data, path)
     pointed = None
@@ -49,7 +49,7 @@ def crease_pattern_frame(data: Mapping[str, Any], path: str) -> FoldFileFrame:
 def folded_form_frame(data: Mapping[str, Any], path: str, pattern: FoldFileFrame) -> FoldFileFrame | None:
     """Return the first frame of the class `foldedForm` with points in space and faces; None without one.
 
-    pattern : the frame with the crease pattern, which is no folded form. InputFileError as of `crease_pattern_frame`.
+    pattern : the frame with the crease pattern, which is no folded form. InputFileError as in `crease_pattern_frame`.
     """
     frames = _frames(data, path)
     for k, frame in enumerate(frames):

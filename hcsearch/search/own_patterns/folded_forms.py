@@ -17,8 +17,8 @@ from hcsearch.search.own_patterns.fold_values import FrameValues
 from hcsearch.shape.mesh import sides_of
 
 FOLDED_ANGLE_TOLERANCE = 0.5
-"""Stated fold angles (degrees) within this of 0 or 180 are these, as points are rounded; edges that two faces share may
-differ by it in direction."""
+"""Stated fold angles (degrees) within this distance of 0 or 180 count as 0 or 180, as points are rounded; edges that
+two faces share may differ by it in direction."""
 
 
 class FoldedFormError(ValueError):
@@ -46,9 +46,9 @@ def folded_form_angles(
     values, sheet : of the flat pattern. form : the frame of the folded form. tolerance : greatest distance of a corner
     from its place on a rigid panel, in the unit of the pattern.
 
-    Angles within `FOLDED_ANGLE_TOLERANCE` of 0 and 180 are these; the sign of 180 is that of the letter, and positive
-    without one. FoldedFormError where faces are not congruent, or turn against the assignment of their edge;
-    InputFileError for unsound values of the frame.
+    Angles within `FOLDED_ANGLE_TOLERANCE` of 0 or 180 count as these; the letter gives the sign of 180, which is
+    positive without a letter. FoldedFormError where faces are not congruent, or turn against the assignment of their
+    edge; InputFileError for unsound values of the frame.
     """
     points, faces, edges = sheet.points, sheet.faces, sheet.edges
     letters = values.of_edges("edges_assignment") if values.edges(len(points)) else None
@@ -115,7 +115,7 @@ def _turn_between(left: Reals, right: Reals, along: Reals, up: Reals) -> float |
 
 
 def _signed(edge: int, letter: str, angle: float) -> float:
-    """Return the fold angle of an edge without rounding errors; FoldedFormError where its letter says another one."""
+    """Return the fold angle of an edge without rounding errors; FoldedFormError where its letter contradicts it."""
     size = abs(angle)
     if size < FOLDED_ANGLE_TOLERANCE:
         return 0.0

@@ -1,8 +1,8 @@
 """Crease patterns as lists of lines: the files `.cp` of Orihime, Oriedita and other editors, and `.opx` of ORIPA.
 
-Sources: `.cp` is a line `type x1 y1 x2 y2` for each crease, with the types of Orihime; `.opx` is what Java's
-`XMLEncoder` writes of ORIPA's class `OriLineProxy`, which leaves out values that are 0. In both, y points down, and
-lines need neither end nor cross at common points.
+Sources: `.cp` is a line `type x1 y1 x2 y2` for each crease, with the types of Orihime; `.opx` is the output of Java's
+`XMLEncoder` for ORIPA's class `OriLineProxy`, without values that are 0. In both, y points down, and lines need neither
+end nor cross at common points.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class CreaseLine(NamedTuple):
 
 
 def read_cp(path: str) -> PatternDrawing:
-    """Read a file `.cp`; InputFileError as of `read_text_file`, and where it holds no flat pattern."""
+    """Read a file `.cp`; InputFileError as in `read_text_file`, and where it holds no flat pattern."""
     lines = []
     for number, text in enumerate(read_text_file(path, max_bytes=MAX_LINE_FILE_BYTES).splitlines(), 1):
         words = text.split()
@@ -55,7 +55,7 @@ def read_cp(path: str) -> PatternDrawing:
 
 
 def read_opx(path: str) -> PatternDrawing:
-    """Read a file `.opx`; InputFileError as of `read_xml`, and where it holds no flat pattern."""
+    """Read a file `.opx`; InputFileError as in `read_xml`, and where it holds no flat pattern."""
     lines = []
     for number, line in enumerate(read_xml(path).iterfind(".//object[@class='oripa.OriLineProxy']")):
         values = dict.fromkeys(("type", "x0", "y0", "x1", "y1"), 0.0)
@@ -106,7 +106,7 @@ def drawing_of_lines(
 def read_xml(path: str) -> Xml.Element:
     """Return the root of a drawing in XML.
 
-    InputFileError as of `read_text_file`, for a file that is no XML, and for one whose document type declares entities,
+    InputFileError as in `read_text_file`, for a file that is no XML, and for one whose document type declares entities,
     which may expand to any size.
     """
     text = _DOCTYPE.sub("", read_text_file(path, max_bytes=MAX_LINE_FILE_BYTES), count=1)
@@ -114,7 +114,7 @@ def read_xml(path: str) -> Xml.Element:
         raise InputFileError(f"{path} declares entities in its document type (DOCTYPE): export it without them")
     try:
         return Xml.fromstring(text)
-    except (Xml.ParseError, ValueError) as error:  # a declared encoding may be none
+    except (Xml.ParseError, ValueError) as error:  # a declared encoding may be unknown
         raise InputFileError(f"{path} is no XML: {error}; save it anew, or export it as FOLD") from None
 
 

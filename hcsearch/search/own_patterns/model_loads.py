@@ -1,4 +1,4 @@
-"""Springs and loads that a model states and that are not used, as those of the scene are."""
+"""Springs and loads of a model, which are not used: the scene has its own."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _PLAIN = Scene()
 _STIFFNESS = law_named(_PLAIN.spring).mean_stiffness
 _DAMPING = _PLAIN.damping_time * _STIFFNESS
 _OPTIONS = {"friction": "--friction", "gravity": "--gravity", "floating base": "--held"}
-"""The options of most commands for these; all others have a place in a scene only."""
+"""The options of most commands for these; all others can be set in a scene only."""
 
 
 def unused_loads(root: ModelPart, closures: ModelClosures | None) -> tuple[str, ...]:
-    """Return a remark on the values of a model that differ from those of the scene `default`; none where none does.
+    """Return a remark on the values of a model that differ from the scene `default`; no remark where none does.
 
-    closures : of a URDF file, which state its springs and gravity.
+    closures : the closures of a URDF file, which state its springs and gravity.
     """
     stated = _of_mjcf(root) if closures is None else _of_urdf(root, closures)
     names = [name for name, differs in stated.items() if differs]
@@ -58,7 +58,7 @@ def _of_urdf(root: ModelPart, closures: ModelClosures) -> dict[str, bool]:
 
 
 def _differ(parts: Iterable[ModelPart], attribute: str, plain: float) -> bool:
-    """Whether an attribute of some part, where it is stated, holds anything but a number, up to rounding."""
+    """Whether some part states an attribute with anything but a given number, up to rounding."""
     return any(not _is_near(word, plain) for part in parts for word in part.element.get(attribute, "").split())
 
 

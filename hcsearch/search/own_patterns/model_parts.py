@@ -93,9 +93,9 @@ class ModelPart:
 
 
 def read_model_file(path: str) -> ModelPart:
-    """Return the root of an XML file; InputFileError as of `read_text_file`, and for a file that is no XML."""
+    """Return the root of an XML file; InputFileError as in `read_text_file`, and for a file that is no XML."""
     text = read_text_file(path, max_bytes=MAX_MODEL_BYTES)
-    if "<!DOCTYPE" in text:  # entities, which only it can declare, may expand to any size
+    if "<!DOCTYPE" in text:  # it can declare entities, which may expand to any size
         raise model_error(path, "it declares a document type (DOCTYPE)")
     try:
         return ModelPart(Xml.fromstring(text), path)
@@ -105,7 +105,7 @@ def read_model_file(path: str) -> ModelPart:
 
 @dataclass(frozen=True)
 class ModelClosures:
-    """What the file of closures adds to a URDF file.
+    """The data that the file of closures adds to a URDF file.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class ModelClosures:
     laws
         The springs of the joints, as the file states them.
     gravity
-        The same of gravity, m/s^2.
+        Gravity as the file states it, m/s^2.
     floats
         Whether the base is free.
     """
@@ -134,7 +134,7 @@ class ModelClosures:
 def read_closures(model_path: str) -> ModelClosures:
     """Return the closures of a URDF file, from the file `.closure.json` beside it.
 
-    InputFileError as of `read_text_file`, and for a file that is no JSON or lacks a value.
+    InputFileError as in `read_text_file`, and for a file that is no JSON or lacks a value.
     """
     path = Path(model_path).with_suffix(".closure.json")
     text = read_text_file(path, "the loops, which URDF cannot hold, in", MAX_MODEL_BYTES)

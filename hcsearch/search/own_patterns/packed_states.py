@@ -41,11 +41,12 @@ from hcsearch.system.work_steps import work_step
 MAX_FLAT_SETS = 2_000
 """Greatest number of sets of hinges that are tried as those that stay flat."""
 MAX_SET_PAIRS = 2e7
-"""Limit of these sets times the square of the panels, since the time for a set grows with their pairs."""
+"""Limit of the number of these sets times the squared number of panels, as the time for a set grows with pairs of
+panels."""
 CLOSED_PLACE_SHARE = 1e-12
-"""Places of panels that coincide, as a share of the pattern's size: rounding is a hundred times less."""
+"""Places of panels nearer than this share of the pattern's size coincide: rounding is a hundred times less."""
 MAX_DRAWN_OPENING = 0.02
-"""Greatest turn (rad), or gap over the size, of a loop that may be due to the drawing, for each of its hinges."""
+"""Greatest turn (rad), or gap over the size, that may be due to the drawing, for each hinge of a loop."""
 SHADOW_OVERLAP_SHARE = 1e-3
 """Panels overlap, seen from above, where they share more than this share of a panel's area."""
 MOVED_OVERLAP_FACTOR = 50.0
@@ -53,8 +54,8 @@ MOVED_OVERLAP_FACTOR = 50.0
 MAX_NAMED = 8
 """Greatest number of hinges, or of panels, that a message names."""
 MIN_TOLD_TURN, MAX_STATED_TURN = 0.01, 20.0
-"""Turns (degrees) by which a stated state is closed: those above the first are reported, and more than the second lead
-to another state."""
+"""Turns (degrees) that close a stated state: turns above the first are reported, and turns above the second lead to
+another state."""
 ROUNDED_CLOSURE_RESIDUAL = 1e-9
 """Closure residual (rad, or gap over the size) of a stated state that counts as closed, though rounding opens it."""
 MAX_ROUNDING_TURN, MAX_TURN_PER_OPENING, MAX_ROUNDING_OPENING = 1e-3, 1e3, 1e-4
@@ -98,7 +99,7 @@ class PackedPattern(ByValue):
 def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPattern:
     """Return the pattern of a drawing with its packed state: the stated one, or one that is found.
 
-    panel : as of `pattern_of_drawing`. PatternError as of that, and where creases are unassigned and hinges are stated
+    panel : as in `pattern_of_drawing`. PatternError as there, and where creases are unassigned and hinges are stated
     partly closed, or no mountains and valleys pack the panels.
     """
     pattern = pattern_of_drawing(drawing, panel)
@@ -172,8 +173,8 @@ def _between_stops(drawing: PatternDrawing, pattern: Pattern, panel: str | None)
 def _closed_near(linkage: Linkage, stated: Reals) -> Reals | str:
     """Return the closed state near stated fold angles, (n_hinges,), or why there is none.
 
-    Loops that close at exact sizes only, as those with more freedom than the Kutzbach criterion predicts, stay open by
-    the rounding of a drawing: closing them leads far away, along the motion that rounding takes from them.
+    Loops that close at exact sizes only, such as loops with more freedom than the Kutzbach criterion predicts, stay
+    open by the rounding of a drawing: closing them leads far away, along the motion that rounding takes from them.
     """
     angles = np.clip(close_linkage(linkage, stated, tolerance=ROUNDED_CLOSURE_RESIDUAL).angles, 0.0, math.pi)
     angles[angles < STOP_ROUNDING] = 0.0
@@ -211,7 +212,7 @@ def _with_folded_angles(pattern: Pattern, angles: Reals) -> Pattern:
 class _PackingSearch:
     """The search for the packed state of one drawing.
 
-    fault : why the last state that was tried is none. stated : whether the file says which hinges close. free : the
+    fault : why the last tried state is no packed state. stated : whether the file says which hinges close. free : the
     hinges that may be on either face.
     """
 
@@ -247,7 +248,7 @@ class _PackingSearch:
         yield from islice(sets, min(MAX_FLAT_SETS, int(MAX_SET_PAIRS / len(self.pattern.panels) ** 2)))
 
     def _packed_with(self, flat: set[int]) -> Pattern | None:
-        """Return the pattern packed with some hinges flat; None, and the fault, where that is no state."""
+        """Return the pattern packed with some hinges flat; None, with `fault`, where that is no state."""
         points = np.array([complex(*vertex) for vertex in self.pattern.vertices])
         closing = [k not in flat for k in range(len(self.pattern.hinges))]
         off = np.abs(self._openings(points, closing)).reshape(-1, 3).max(axis=1)
@@ -288,7 +289,7 @@ class _PackingSearch:
         return f"the loop of panels {named}"
 
     def _lines(self, points: Reals) -> list[tuple[complex, complex]]:
-        """Return a point and the squared direction of each hinge's line, of vertices as complex numbers."""
+        """Return a point and the squared direction of each hinge's line, from vertices as complex numbers."""
         lines: list[tuple[complex, complex]] = [(0j, 1 + 0j)] * len(self.pattern.hinges)
         for pair, crease in self.pattern.creases.items():
             if crease.face is not None:

@@ -101,7 +101,7 @@ class LayerSearch:
         return ""
 
     def _face(self, hinge: int, layers: Mapping[int, int]) -> PanelFace:
-        """Return the face of a hinge: the given one, or that which leads from layer to layer."""
+        """Return the face of a hinge: the given one, or the one that leads from layer to layer."""
         joint = self.pattern.hinges[hinge]
         if hinge not in self.free:
             return joint.face

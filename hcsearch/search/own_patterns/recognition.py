@@ -55,7 +55,7 @@ def drawing_grid_of(drawing: PatternDrawing) -> DrawingGrid:
     try:
         return _fitted(drawing, len(drawing.facets))
     except PatternError:
-        return _fitted(drawing, 1)  # the message names what differs from the first panel
+        return _fitted(drawing, 1)  # the message names a difference from the first panel
 
 
 def on_grid(drawing: PatternDrawing) -> PatternDrawing:
@@ -122,7 +122,7 @@ def _check_corners(drawing: PatternDrawing) -> None:
 
 
 def _models(grid: Grid, sides: NDArray[np.complex128]) -> NDArray[np.complex128]:
-    """The sides of a grid's panel, or of its mirror image, that correspond by their directions to those of facets."""
+    """The sides of a grid's panel, or of its mirror image, that correspond by their directions to sides of facets."""
     corners = np.array([complex(*corner) for corner in grid.corners((0, 0, 0))])
     rings = [np.roll(ring, -k) for ring in (corners, corners.conj()[::-1]) for k in range(len(corners))]
     ways = np.roll(rings, -1, axis=1) - rings
@@ -148,7 +148,7 @@ class _Laying:
 
     def __init__(self, drawing: PatternDrawing, grid: Grid, turn: complex, length: float, width: float) -> None:
         self.drawing, self.grid, self.turn, self.length, self.width = drawing, grid, turn, length, width
-        # in the axes of the grid
+        # corners, in the axes of the grid
         self.facets = [[complex(*corner) / turn for corner in facet] for facet in drawing.facets]
         self.middles = [sum(facet) / len(facet) for facet in self.facets]
         self.beside: dict[int, list[int]] = defaultdict(list)
@@ -182,7 +182,7 @@ class _Laying:
         return complex(self.length * x, self.width * y)
 
     def _beyond(self, panel: int, first: LatticePoint) -> LatticePoint:
-        """Return the place of a cell oriented like a panel, nearest to it where the first panel is placed."""
+        """Return the place of the cell nearest to a panel and oriented like it, if the first panel is placed."""
         origins = [self.grid.point((0, 0, kind)) for kind in range(self.grid.kinds)]
         kind, origin = min(enumerate(origins), key=lambda of: self._off(panel, of[1]))
         offset = self.middles[panel] - self.middles[0]
@@ -193,7 +193,7 @@ class _Laying:
         return self.grid.point((int(x), int(y), kind))
 
     def _stepped(self, neighbour: int, panel: int, place: LatticePoint) -> LatticePoint:
-        """Return the lattice point of a panel from that of a neighbour; PatternError where no step fits."""
+        """Return the lattice point of a panel from the point of a neighbour; PatternError where no step fits."""
         offset = self.middles[panel] - self.middles[neighbour]
         steps = [(self._vector(to, place), to) for _, to in self.grid.neighbours(place)]
         off, best = min((abs(step - offset), to) for step, to in steps)
@@ -205,7 +205,7 @@ class _Laying:
         return self._scaled(*self.grid.position((to[0] - place[0], to[1] - place[1])))
 
     def _off(self, panel: int, place: LatticePoint) -> float:
-        """Return the greatest distance of a panel's corners from those of a cell moved to its centre."""
+        """Return the greatest distance of a panel's corners from the corners of a cell moved to its centre."""
         middle = self._scaled(*self.grid.position(place))
         cell = [self._scaled(*corner) - middle for corner in self.grid.corners(self.grid.cell(place))]
         panel_corners = [corner - self.middles[panel] for corner in self.facets[panel]]
@@ -258,7 +258,8 @@ class _Laying:
 class RecognisedDesign:
     """A design recognised in a drawing.
 
-    circuit : in the canonical order. creases : of the foldings that fit the assignment; all where nothing is assigned.
+    circuit : in the canonical order. creases : creases of the foldings that fit the assignment; all where nothing is
+    assigned.
         has_assignments : whether any crease is mountain, valley or flat. length, width : of a panel, in units.
     """
 
@@ -387,7 +388,7 @@ def _pair(i: int, j: int) -> FacetPair:
 def drawn_panel_size(design: RecognisedDesign, drawing: PatternDrawing) -> str | None:
     """Return the panel size as a value of `--panel`, in mm; None where the drawing has no physical unit.
 
-    Where the drawing states no thickness, panels have the slenderness of those in the scene `default`.
+    Where the drawing states no thickness, panels are as slender as in the scene `default`.
     """
     if drawing.unit is None:
         return None

@@ -30,8 +30,8 @@ class FoldingVerdict:
 
     twist : |Lk|. dof, kutzbach : freedoms with hinged flat pairs; dof is None where it is undecided or the folding is
     twisted. status : None where it is twisted. reason : a sentence. scene : name of a scene in which springs deploy it,
-    for `hcsearch deploy`; None without one. needed_margin, least_gap : m, of the motion on which the status rests, as
-    of `records.play_of_batch`; None without one.
+    for `hcsearch deploy`; None without one. needed_margin, least_gap : m, of the motion behind the status, as in
+    `records.play_of_batch`; None without one.
     """
 
     folding: Folding

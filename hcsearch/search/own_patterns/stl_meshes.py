@@ -25,7 +25,7 @@ _CORNERS = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)")
 def read_stl(path: Path, max_bytes: int) -> Reals:
     """Return the corners of the triangles of an STL file, (k, 3, 3), in its unit.
 
-    InputFileError as of `read_binary_file`, for a file without triangles, a file that is cut off, and coordinates that
+    InputFileError as in `read_binary_file`, for a file without triangles, a file that is cut off, and coordinates that
     are not below `MAX_COORDINATE`.
     """
     content = read_binary_file(path, "the mesh", max_bytes)

@@ -3,8 +3,8 @@
 Source: A. Ghassaei, E. Demaine, N. Gershenfeld, Fast, interactive origami simulation using GPU computation, 7OSME
 (2018), and the design tips of https://origamisimulator.org: borders are black, mountains red, valleys blue, cuts green,
 flat edges yellow, and creases that nothing drives magenta; the opacity of a mountain or valley is its fold angle over
-180 degrees. Lines, rectangles, polygons, polylines and straight paths are read; of styles, attributes, the attribute
-`style`, and style sheets with simple selectors.
+180 degrees. Lines, rectangles, polygons, polylines and straight paths are read; styles are read from attributes, the
+attribute `style`, and style sheets with simple selectors.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from hcsearch.shape.mesh import PlanePoint
 _LETTERS = {0: "M", 60: "F", 120: "C", 240: "V", 300: "U"}
 """Assignments by the hue of the colour, degrees; black is B."""
 _HUE_TOLERANCE, _LEAST_SATURATION, _LEAST_BRIGHTNESS, _MOST_GREY = 20.0, 0.6, 0.3, 0.2
-"""Colours are those of the convention within these; darker ones are black, and less saturated ones grey."""
+"""Limits within which colours are those of the convention; darker ones are black, and less saturated ones grey."""
 _GREY = re.compile("[a-z]*gr[ae]y|white|silver|gainsboro")
 _NAMED = {
     "black": "#000000", "red": "#ff0000", "blue": "#0000ff", "green": "#008000", "lime": "#00ff00",
     "yellow": "#ffff00", "magenta": "#ff00ff", "fuchsia": "#ff00ff",
 }  # fmt: skip
 _UNDRAWN = {"defs", "symbol", "clipPath", "mask", "marker", "pattern", "style", "metadata", "title", "desc", "script"}
-"""Elements of which nothing is drawn where they are."""
+"""Elements whose content is not drawn in place."""
 _NO_LINES = {"circle", "ellipse", "text", "image", "use", "foreignObject"}
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _UNIT = "(?:mm|cm|in|Q|pt|pc|px|em|ex|rem|%)"
@@ -50,7 +50,7 @@ _INHERITED = ("stroke", "stroke-opacity")
 
 
 def read_svg(path: str) -> PatternDrawing:
-    """Read an SVG file; InputFileError as of `read_xml`, for curves, and where it holds no flat pattern."""
+    """Read an SVG file; InputFileError as in `read_xml`, for curves, and where it holds no flat pattern."""
     root = read_xml(path)
     if _tag(root) != "svg":
         raise InputFileError(f"{path} is no SVG: its outermost element is {_tag(root):.60}; export it as SVG or FOLD")
@@ -117,7 +117,7 @@ class _Reader:
                 self.elements[tag] = None
             self._add(element, motion, style, opacity)
             passed = {name: style[name] for name in _INHERITED if name in style}
-            if len(element):  # that of a group holds for all of it
+            if len(element):  # the opacity of a group holds for all of it
                 opacity *= self._share(element, style, "opacity")
             waiting += [(child, motion, passed, opacity) for child in reversed(element)]
 
@@ -270,7 +270,7 @@ def _tag(element: Xml.Element) -> str:
 
 
 def _letter(colour: str) -> str | None:
-    """Return the assignment of a colour; empty for greys, and None for those of no meaning."""
+    """Return the assignment of a colour; empty for greys, and None for colours without a meaning."""
     if _GREY.fullmatch(colour):
         return ""
     colour = _NAMED.get(colour, colour)
@@ -329,7 +329,7 @@ def _style_rules(root: Xml.Element, path: str) -> list[tuple[str, dict[str, str]
 
 
 def _matrix(name: str, numbers: list[float]) -> Reals | None:
-    """Return the matrix of a transform, (3, 3); None for one that is none."""
+    """Return the matrix of a transform, (3, 3); None for an invalid one."""
     first, *others = numbers or [math.nan]
     if name == "matrix" and len(numbers) == 6:
         a, b, c, d, e, f = numbers

@@ -12,14 +12,14 @@ from hcsearch.search.pipeline.workers import WorkerPool
 from hcsearch.search.stages.order import stage_keeping, stages_until
 from hcsearch.system.work_steps import Progress
 
-_SMALL_PAIRS = 2e9  # counted by one process in seconds
-_PROBE_PAIRS = 100_000_000  # of one part of a key
+_SMALL_PAIRS = 2e9  # pairs that one process counts in seconds
+_PROBE_PAIRS = 100_000_000  # pairs of one part of a key
 _PROBE_SECONDS = 1.0
 
 
 @dataclass(frozen=True)
 class DesignCount:
-    """Number of designs up to symmetry, and of the circuits in their classes: fixed ones, or those of the array."""
+    """Number of designs up to symmetry, and of the circuits in their classes: fixed ones, or circuits of the array."""
 
     classes: int
     circuits: int

@@ -15,7 +15,7 @@ from hcsearch.search.pipeline.workers import WorkerPool
 from hcsearch.system.terminal import bytes_text, duration_text, number_text
 
 _PROBE = 8  # shards
-_FOLDING_BYTES = 650  # a panel, mostly of paths: measured with hexagons, 7.6 kB a folding of n = 12, 9.4 kB of n = 14
+_FOLDING_BYTES = 650  # per panel, mostly paths; measured with hexagons: 7.6 kB per folding of n = 12, 9.4 kB of n = 14
 _ROW_SECONDS = 1e-5  # measured: 100,000 designs a second go into a database
 
 

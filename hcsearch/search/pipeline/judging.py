@@ -100,7 +100,7 @@ def candidate_pieces(shard: str, candidates: StagedDesigns) -> Iterator[Candidat
 
 
 def unfinished_shards(shards: Sequence[str], keys: Sequence[str]) -> list[str]:
-    """Return the shards of which some piece is not finished; keys : of finished work, other keys are ignored."""
+    """Return the shards with an unfinished piece; keys : the keys of finished work, other keys are ignored."""
     piece_counts: dict[str, tuple[int, int]] = {}
     for key in keys:
         if (piece := _KEY.fullmatch(key)) is not None:

@@ -46,7 +46,7 @@ from hcsearch.system.work_steps import (
     part_of_progress,
 )
 
-SMALL_JUDGED_COUNT = 3_000  # circuits, where motions are searched for
+SMALL_JUDGED_COUNT = 3_000  # circuits, in runs that search for motions
 QUICK_CORE_SECONDS = 100.0  # core seconds below which threads suffice, since new processes first load kernels
 LONG_RUN_SECONDS = 30.0  # seconds above which a run announces its duration
 _GROUPS = 25
@@ -157,7 +157,7 @@ class Funnel:
 
 @dataclass(frozen=True)
 class RunSummary:
-    """The outcome of a run. Times are summed over processes; `arrays` of the funnel counts those of kept designs.
+    """The outcome of a run. Times are summed over processes; `arrays` of the funnel counts the arrays of kept designs.
 
     undecided : foldings that are undecided in the scene; None where no stage judged them. not_decided : number of
     foldings that no simulation decides, by its ending. accuracy : of the deployments; None where none was simulated.
@@ -207,7 +207,7 @@ def run_dry(
 ) -> RunSummary:
     """Run the stages without a database.
 
-    announce, listed : as of `run_into`. Memory grows with the number of distinct arrays, which are counted, and of
+    announce, listed : as in `run_into`. Memory grows with the number of distinct arrays, which are counted, and of
     candidates for a motion.
     """
     totals = _Totals()
@@ -311,8 +311,9 @@ def run_into(
 ) -> RunSummary:
     """Run the stages whose results are missing or outdated, one transaction per batch, and record the run.
 
-    progress : of batches, or, where stages depend on the scene, of the share of the whole run. announce : called with
-    a sentence on long work. listed : called with the funnel of the stages that do not depend on the scene.
+    progress : called for batches, or, where stages depend on the scene, with the share of the whole run.
+    announce : called with a sentence on long work. listed : called with the funnel of the stages that do not depend on
+    the scene.
     """
     stages = stage_numbers(stages_until(plan.until))
     if plan.scene_stages:

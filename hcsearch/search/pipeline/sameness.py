@@ -40,7 +40,7 @@ def running_program() -> ProgramVersions:
 
 
 def _version(library: str) -> str:
-    """Return the version of a library: of the loaded module, which may differ from that on disk."""
+    """Return the version of a library as it is loaded, which may differ from the version on disk."""
     return str(getattr(sys.modules.get(library), "__version__", None) or version(library))
 
 
@@ -63,11 +63,11 @@ def are_sources_changed() -> bool:
 
 
 def _source_files() -> list[Path]:
-    return sorted(path for path in _ROOT.rglob("*.py") if path.is_file())  # no links to nothing, as editors make
+    return sorted(path for path in _ROOT.rglob("*.py") if path.is_file())  # no dangling links, which editors make
 
 
 def _file_states() -> list[tuple[Path, int, int, int, int]]:
-    """Return the source files with what changes when one is written or replaced."""
+    """Return the source files with the properties that change when one is written or replaced."""
     states = []
     for path in _source_files():
         state = path.stat()
@@ -104,7 +104,7 @@ def program_difference(other: ProgramVersions) -> str:
 
 @dataclass(frozen=True)
 class ProgramRefusal:
-    """The refusal of a task or of its results; program : of the worker, None where its sources are mixed."""
+    """The refusal of a task or of its results; program : the worker's program, None where its sources are mixed."""
 
     program: ProgramVersions | None
 

@@ -121,7 +121,7 @@ class WorkerPool:
         parcel_size : greatest number of inputs sent together; a kill loses only parcels whose results are not yet
         recorded.
         threads : used where this process is the only worker. waiting : called several times a second while a result is
-        waited for, but not for those of a cluster.
+        waited for, but not for a result of a cluster.
 
         Raises ClusterError when workers die or the scheduler cannot be reached, and when a worker runs another program
         than this process did at the start, or this process does; results that were yielded before are valid.
@@ -258,7 +258,7 @@ def _cluster(address: str) -> Iterator[tuple[_Pool, int]]:
     try:
         # a client of anything but a scheduler waits long and logs errors when it is discarded
         kind = asyncio.run(asyncio.wait_for(_kind(address), _CLUSTER_TIMEOUT))
-    except Exception as error:  # any failure of a protocol that only begins like that of Dask
+    except Exception as error:  # any failure of a protocol that only begins like Dask's
         raise _no_scheduler(address) from error
     if kind != "Scheduler":
         raise _no_scheduler(address)

@@ -1,4 +1,4 @@
-"""Stage `flight`: the figures of each folding that a review of a space mechanism asks for."""
+"""Stage `flight`: the figures for a review of space mechanisms, for each folding."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _run(designs: StagedDesigns, scene: Scene) -> StagedDesigns:
 
 
 def _passed(designs: StagedDesigns, _scene: Scene) -> NDArray[np.bool_]:
-    """Return which designs have a folding that moves, whose figures are those of its travel."""
+    """Return which designs have a folding that moves, as its figures are about its travel."""
     assert designs.motion is not None
     assert designs.deployment is not None
     return designs.with_folding(designs.motion.moves | designs.deployment.deploys)

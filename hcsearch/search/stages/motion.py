@@ -47,7 +47,7 @@ def motions_of_batch(
     locked : (n_foldings,) each, which are proved locked with rigid and with hinged flat pairs; no path is searched for
         with locked pairs.
     budget : efforts for each folding, None for the default. searched : (n_foldings,), efforts already made.
-    Of congruent foldings only one is searched, and its motion is transferred to the others.
+    Only one of several congruent foldings is searched, and its motion is transferred to the others.
     """
     from hcsearch.motion.planning.motion_search import motion_from_twin, plan_motion  # noqa: PLC0415 - loads slowly
 

@@ -10,7 +10,7 @@ from hcsearch.basics.vocabulary import STAGE_NAMES
 from hcsearch.search.stages.stage import Stage
 
 STAGES: dict[str, Stage] = {name: import_module(f"hcsearch.search.stages.{name}").STAGE for name in STAGE_NAMES}
-"""By name; a stage has a module of its name."""
+"""The stages by name; each has a module of its name."""
 
 
 def stages_until(last: str) -> tuple[Stage, ...]:
