@@ -245,7 +245,7 @@ class DeploymentBatch(ByValue):
 
 FlightValue = int | float | str | None
 FlightNumbers = Mapping[str, FlightValue]
-"""The figures of a folding in a scene from which an engineer of space mechanisms chooses, by column name.
+"""The figures of a folding in a scene by which an engineer of space mechanisms chooses, by the names of their columns.
 
 Each is exact or a bound in the direction that docs/explanation/flight.md names and proves. SI units; None where one is
 not known.

@@ -116,7 +116,7 @@ class Array:
         )
 
     def canonical(self) -> Array:
-        """The canonical array of all congruent ones: the image of fewest rows, and of those the least in order."""
+        """The canonical congruent array: the image with the fewest rows, and the least in order of several such."""
         return min(self._images, key=lambda image: (len(image.rows), image.rows))
 
     @property

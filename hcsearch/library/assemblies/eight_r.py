@@ -109,7 +109,7 @@ def joint_parts(pattern: Pattern) -> WholeNumbers | None:
 def slit_distance(alpha: float, thickness: float, first: float) -> float:
     """Return the slit distance p on the skew-symmetric path (thesis 5.27), m: negative where P3 and P7 interfere.
 
-    first : dihedral angle phi_1 (rad). The sign is that of -cos(2 alpha) at every phi_1 between 0 and pi.
+    first : dihedral angle phi_1 (rad). Its sign is the sign of -cos(2 alpha) at every phi_1 between 0 and pi.
     """
     c, s = math.cos(alpha), math.sin(alpha)
     numerator = 4 * math.cos(first / 2) * math.sin(first / 2) * c * (2 * c * c - 1)

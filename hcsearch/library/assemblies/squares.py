@@ -61,7 +61,7 @@ def element_6r(parameters: Parameters) -> Pattern:
     """Return the 6R element of eight squares (thesis Fig. 6.1b); its loop is joints a_1 to a_6.
 
     Facets: P1 (two), P2, P3 from left to right in the top row, P4 (two), P5, P6 from right to left below. Joint a_i
-    lies between P_i and P_{i+1}; the faces are those of the circuit's two-stack folding.
+    lies between P_i and P_{i+1}; the faces are as in the circuit's two-stack folding.
     """
     return _sized(_unit_element(parameters.thickness), parameters)
 

@@ -1,6 +1,6 @@
 """Arithmetic of the checkers: numbers, vectors and matrices that are known up to a radius, which holds every rounding.
 
-Doubles are those of IEEE 754, rounded to nearest, with subnormal numbers; sums may be taken in any order, and products
+Doubles follow IEEE 754, rounded to nearest, with subnormal numbers; sums may be taken in any order, and products
 be fused with sums. Nothing is assumed of other functions: sines are computed here. This file needs NumPy alone.
 Proofs of the bounds: docs/explanation/certificates.md, 1.
 """
@@ -87,7 +87,7 @@ class Ball:
 
 
 def stacked(balls: list[Ball], axis: int) -> Ball:
-    """Return balls along a new axis, which is not one of rows or columns."""
+    """Return balls stacked along a new axis, which is neither rows nor columns."""
     return Ball(*(np.stack([getattr(ball, name) for ball in balls], axis) for name in ("mid", "rad", "size")))
 
 

@@ -116,7 +116,7 @@ class _Refinement:
         raise NotProvedError("how a path leaves or reaches a state with singular closure is not proved")
 
     def _halved(self, spans: list[StepSpan], limit: float) -> list[StepSpan]:
-        """Halve the spans until closed states are proved beside each, except for those that leave an end."""
+        """Halve the spans until closed states are proved beside each, except for spans that leave an end."""
         inner = slice(bool(self.leaves[0]), len(spans) - bool(self.leaves[1]))
         done, waiting = [*spans[: inner.start], *spans[inner.stop :]], spans[inner]
         while waiting:

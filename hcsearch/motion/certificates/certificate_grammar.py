@@ -88,7 +88,7 @@ def real(value: Any, what: str) -> float:
 
 
 def lists(data: Any, key: str, count: int | None = None) -> list[list[Any]]:
-    """Return the value of a key, which is a list of lists; if a count is given, it has so many."""
+    """Return the value of a key, which is a list of lists; if a count is given, it must have that length."""
     value = entry(data, key, list)
     formed(count in (None, len(value)) and all(isinstance(own, list) for own in value), f"its key {key} holds no lists")
     return list(value)

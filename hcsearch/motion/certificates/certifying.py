@@ -62,7 +62,7 @@ class UnprovedCertificateError(CertificateError):
 def prove_folding(
     folding: Folding, panel: PanelSize, ways: Sequence[Way], margin: float | None, budget: int = DEFAULT_PROOF_BUDGET
 ) -> tuple[dict[str, Any], list[str]]:
-    """Prove a path or a lock of a folding; return its certificate as plain data, and what `verify_certificate` says.
+    """Prove a path or a lock of a folding; return its certificate as plain data, and the proved facts as sentences.
 
     panel : size of its panels, m. ways : the ways of joining flat pairs that are tried. margin : as in `plan_motion`.
 
@@ -194,7 +194,7 @@ def _path(linkages: Mapping[Way, Linkage], motion: PlannedMotion, margin: float 
 
 
 def _candidates(linkage: Linkage, motion: PlannedMotion, margin: float) -> Iterator[Reals]:
-    """The states of the proved path, then those of other paths planned with a margin (m)."""
+    """The states of the proved path, then of other paths planned with a margin (m)."""
     assert motion.states is not None
     yield motion.states
     planner = Planner(linkage, margin)

@@ -66,7 +66,7 @@ class Pair:
         return depth[count, best], by, pick, height[count, best]
 
     def least(self, way: Any, ends: Any, height: Reals, closure: Any) -> tuple[Reals, Reals]:
-        """Return the least depth of piercings at closed states of boxes, and what each angle contributes to it [13]."""
+        """Return the least depth of piercings at closed states of boxes, and the contribution of each angle [13]."""
         axes, places, points = way.seen(self.points, closure.middles)
         upper, lower = (points[np.arange(len(ends)), own] for own in ends.T)
         along = upper - lower

@@ -62,7 +62,7 @@ def folded(one: Reals, two: Reals) -> Reals:
 
 
 def sines(cubics: Reals, radii: Reals, order: int) -> tuple[Reals, Reals, Reals]:
-    """Return sin and 1 - cos of cubics, (count, n, 4), and all radii; radii : (count, n), of one order."""
+    """Return sin and 1 - cos of cubics, (count, n, 4), and all radii; radii : (count, n), radii of one order."""
     mid = np.pad(cubics, ((0, 0), (0, 0), (0, TERMS - 4)))
     rad = 2 * EPS * (mid != 0.0)  # pi, at a stop, is no double
     rad[..., order] += radii

@@ -73,7 +73,7 @@ def certify_clearance(
 ) -> Clearance:
     """Certify that a motion of the fold angles of a linkage is clear of collisions, or find one.
 
-    margin : by which panels are shrunk on every face, m. resolution : of the smallest gap, m.
+    margin : panels are shrunk by it on every face, m. resolution : of the smallest gap, m.
     slack : bound of the placement error of panels by the tree of hinges, m, for all times or for each step, (k - 1,).
     apart : pairs of panels, the lower number first, that are left out. measured : whether to compute the smallest gap
     of a clear motion.

@@ -157,7 +157,7 @@ def approach_speeds(proximity: Proximity, times: Reals) -> Reals:
 
     Computed from the two states before the first collision; 0 for pairs that do not collide there, and without a
     collision.
-    times : (k,), of the states, s.
+    times : times of the states, (k,), s.
     """
     state = proximity.collision
     speeds = np.zeros(len(proximity.pairs))

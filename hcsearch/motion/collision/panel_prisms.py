@@ -164,7 +164,7 @@ def check_margin(linkage: Linkage, margin: float) -> float:
 class Solids(NamedTuple):
     """The panels of a linkage for the kernels: prisms as built, prisms shrunk by the margin, and pairs of them.
 
-    margin : by which panels are shrunk on every face, m. max_margin : the margin at which a panel vanishes, m.
+    margin : panels are shrunk by it on every face, m. max_margin : the margin at which a panel vanishes, m.
     """
 
     prisms: Prisms

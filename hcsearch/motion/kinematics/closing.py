@@ -15,8 +15,8 @@ CLOSED_LOOP_RESIDUAL = 1e-12
 """A state is closed when no residual (rad, or gap over the pattern's size) is greater."""
 MIN_DAMPING_SHARE = 1e-9
 """Damping of a correction, at least, over the greatest entry of the Jacobian: far above rounding errors, so that
-singular values that are zero but for rounding turn hinges by 1e-6 rad or so at most, and below those of regular states,
-which may be 1e-8."""
+singular values that are zero but for rounding turn hinges by 1e-6 rad or so at most, and below the singular values of
+regular states, which may be 1e-8."""
 
 
 @dataclass(frozen=True, eq=False)

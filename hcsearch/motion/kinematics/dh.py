@@ -61,7 +61,7 @@ def dh_loop(linkage: Linkage, walk: Walk, angles: Reals, signs: Sequence[int] | 
     The next panel turns about z_i as the fold angle grows, so that d theta_i / d angle = 1; or `signs`, where given:
     with -1 the hinge's z_i is reversed. x_i points from hinge i - 1 to hinge i. Where they meet, it points into
     their panel from the face that carries both, as in the thesis; where they are parallel, it meets z_i in the
-    hinge's middle. With signs -d theta / d phi of 5.2 and 6.3 the parameters are those of 5.3 and 6.2.
+    hinge's middle. With signs -d theta / d phi of 5.2 and 6.3 the parameters agree with 5.3 and 6.2.
     """
     flat = dh_of_lines(flat_hinge_lines(linkage, walk, signs))
     turned = np.array([angles[hinge] for hinge, _ in walk]) * _or_ones(signs, len(walk))
@@ -151,7 +151,7 @@ def dh_closure_jacobian(linkage: Linkage, angles: Reals) -> Reals:
 
 
 def _common_normals(lines: HingeLines) -> tuple[Reals, Reals, Reals]:
-    """For each hinge i: x_i, its intersection with z_i, and that of x_{i+1} with z_i; shape (n, 3) each."""
+    """For each hinge i: x_i, its intersection with z_i, and the intersection of x_{i+1} with z_i; shape (n, 3) each."""
     n = len(lines.points)
     x, origins, ends = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     for i in range(n):

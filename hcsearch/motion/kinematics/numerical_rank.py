@@ -99,7 +99,7 @@ def generic_rank(linkage: Linkage, start: Reals | None = None) -> Rank:
     """The greatest rank at closed states near a state, with two-sided hinges; start : the folded state unless given.
 
     A linkage may leave its folded state in several ways, some with more freedom (all of its parallel hinges first, say)
-    than others; the rank is that of the way with the least freedom. Undecided where no attempt leaves the state.
+    than others; the rank belongs to the way with the least freedom. Undecided where no attempt leaves the state.
     """
     start = linkage.folded if start is None else start
     best = replace(rank_at(linkage, start), rank=None, gap=0.0)

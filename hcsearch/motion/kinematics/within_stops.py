@@ -82,7 +82,7 @@ def least_energy(basis: Reals, springs: Reals, angles: Reals, low: Reals, high: 
         return zero_velocity
     root = np.sqrt(springs)
     q, r = np.linalg.qr(root[:, None] * basis)
-    offset = q.T @ (root * angles)  # the energy is that of y = r z + offset, plus a constant
+    offset = q.T @ (root * angles)  # the energy is 1/2 |y|^2 for y = r z + offset, plus a constant
     movable = np.linalg.norm(basis, axis=1) > UNMOVED_HINGE_TURN  # fixed hinges must not become constraints by rounding
     rows = np.linalg.solve(r.T, basis[movable].T).T
     shift = rows @ offset

@@ -1,8 +1,8 @@
 """Locks between the ends: proofs that a linkage never leaves a part of its states, by closed loops and stops alone.
 
-Fold angles from 0 to pi are cut into cubes, and a flood collects those that a motion from a closed state may reach; or
-a region of few boxes is laid around such states. If it holds one end only, and its faces no closed state, no motion of
-the linkage leads to the other end, at any margin, even if panels may pass through each other
+Fold angles from 0 to pi are cut into cubes, and a flood collects the cubes that a motion from a closed state may reach;
+or a region of few boxes is laid around such states. If it holds one end only, and its faces no closed state, no motion
+of the linkage leads to the other end, at any margin, even if panels may pass through each other
 (docs/explanation/locks.md). Where that does not separate the ends, collisions of panels may, at margins up to one.
 """
 

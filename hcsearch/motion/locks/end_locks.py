@@ -6,7 +6,7 @@ loops ask A x + bend(x) / 2 + ... = 0, where A holds the screws of the hinges in
 First order: a wrench y with y . A_i > 0 for every hinge i holds them all shut, and no x >= 0 but 0 is possible
 (Gordan's theorem). Second order: where some x in the cone K = {x >= 0, A x = 0} are possible to first order, a
 wrench with y . A_i >= 0 and y . bend(x) > 0 on all of K but 0 excludes them: along a motion the loops would ask
-y . A x + y . bend(x) / 2 = 0 up to third order, a sum of which no term is negative and one is not zero.
+y . A x + y . bend(x) / 2 = 0 up to third order, but no term of this sum is negative, and one is not zero.
 Least squares or a linear program find the wrench, in floating point. Where the linkage is on a tiling the proof is then
 checked in whole numbers, with rays computed anew (`lattice`, `exact_checks`), and counts only if it holds there:
 `LockVerdict.exact`. Elsewhere it is numerical: its inequalities hold by far more than rounding, but its equations to

@@ -124,7 +124,7 @@ class CubeFlood(SteppedSearch[bool]):
 
     @property
     def _progress(self) -> tuple[int, int, int]:
-        """Numbers of boxes tested, cubes flooded, and cubes of which all faces were tested."""
+        """Numbers of boxes tested, cubes flooded, and cubes whose faces were all tested."""
         return self.efforts, self.cubes, self._count(COUNT_HEAD)
 
     def _expected_at(self, boxes: int, cubes: int, tested: int) -> float:

@@ -308,7 +308,7 @@ def reduced_rows(rows: ExactArray) -> dict[int, list[int]]:
 
 
 def _cleared(row: list[int], pivot: list[int], column: int) -> list[int]:
-    """A multiple of a row plus one of a pivot's row that is 0 in the pivot's column, in lowest terms."""
+    """A multiple of a row plus a multiple of a pivot's row that is 0 in the pivot's column, in lowest terms."""
     if not row[column]:
         return row
     cleared = [a * pivot[column] - b * row[column] for a, b in zip(row, pivot, strict=True)]

@@ -50,7 +50,7 @@ REOPENED_ANGLE_SHARE, UNMOVED_START_DISTANCE = 0.999, 1e-3
 """Share of the folded state's angles from which a descent restarts if the one from the folded state itself ends within
 `UNMOVED_START_DISTANCE` (rad) of it."""
 SOFTEST_STIFFNESS_RATIO = 0.01
-"""Stiffness of the softest spring in a set over that of the stiffest."""
+"""Stiffness of the softest spring in a set over the stiffness of the stiffest."""
 
 
 @dataclass(frozen=True, eq=False)

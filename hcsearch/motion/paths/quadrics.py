@@ -125,7 +125,7 @@ SAME_SOLUTION_DISTANCE = 1e-3
 MAX_QUADRIC_STEPS, ZERO_QUADRIC_SIZE = 200, 1e-15
 """Maximum number of steps of Newton's method, and the size below which an equation or a step counts as zero."""
 FAMILY_NEIGHBOUR_DISTANCE, CROSSING_NEIGHBOUR_DISTANCE = 0.05, 0.015
-"""Distances (rad) of neighbouring solutions: those at the first distinguish a family from a double point; where
+"""Distances (rad) of neighbouring solutions: neighbours at the first distinguish a family from a double point; where
 families cross, their neighbours at the second give the dimension."""
 SPREAD_VALUE_SHARE = 0.2
 """Directions count as spread in a dimension where their singular value there has this share of the greatest."""

@@ -3,7 +3,7 @@
 Panels shrunk by more have all motions of panels shrunk by less, so the least margin with a path is found by bisection,
 on a grid of margins that is the same for all linkages up to their scale. At this margin a path is proved. Below it
 there is only a search that found no path (docs/explanation/motion.md), with its cost. With more play there is more to
-search, so that no path may be found with the greatest margin, and one with less.
+search, so that a path may be found with less play, and none with the greatest.
 """
 
 from __future__ import annotations

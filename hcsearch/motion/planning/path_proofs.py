@@ -1,4 +1,4 @@
-"""Proofs that a path is one of the linkage: loops closed, stops kept and panels apart, from packed to flat.
+"""Proofs that a linkage can follow a path: loops closed, stops kept and panels apart, from packed to flat.
 
 A path is a list of closed states. Cubics through them, with rates that keep the loops closed at first order, come so
 near to closed states that a tube around them is proved to hold a closed path (`kernels.planning.tubes`); `ends` joins
@@ -127,7 +127,7 @@ class Prover:
         return PathProof(motion, True, end_distances, exact, slack, stop_excess, clearance, overlap)
 
     def motion_in(self, tubes: Sequence[Tube]) -> tuple[Course, float, float]:
-        """Return the motion along tubes, the deviation of closed states from it (rad), and that of panels (m)."""
+        """Return the motion along tubes, and the deviations of closed states (rad) and of panels (m) from it."""
         motion, wander = _end_to_end(tubes)
         # a hinge turns panels that others have moved already
         return motion, wander, math.expm1(wander) * self._longest_path

@@ -127,7 +127,7 @@ class Forest:
         ]
 
     def sizes(self) -> tuple[int, int]:
-        """Return the number of states in the part of packed, and in that of flat."""
+        """Return the numbers of states in the part of packed and in the part of flat."""
         one, two = (sum(int(tree.size[0]) for tree in self._part(end)) for end in (0, 1))
         return one, two
 

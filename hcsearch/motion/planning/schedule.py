@@ -40,8 +40,8 @@ class TreeStep:
     """Searches by trees of states.
 
     widest : whether only the widest way of joining flat pairs is searched, which allows all motions of the others; else
-    every way. loose : whether the margin is the greatest; else the least that is stated. rounds, seeds : of each
-    search. roots : number of junctions as further roots of trees.
+    every way. loose : whether the margin is the greatest; else the least that is stated. rounds, seeds : rounds and
+    seeds of each search. roots : number of junctions as further roots of trees.
     """
 
     words: ClassVar[str] = "searching for a path"

@@ -9,9 +9,9 @@ as a stretch.
 Packed and flat are two of the junctions. There are few, 2 to 24 in all for 10 and 12 panels on a tiling. Motions branch
 at junctions, and the junctions in a component of the closed states distinguish it from others.
 
-A loop is closed where the half turns of its first half end where those of its second half, gone backwards, do: so the
-products of both halves are listed and matched (Horowitz and Sahni, https://doi.org/10.1145/321812.321823), 2^(k/2) of
-each for k hinges. On a tiling half turns map a lattice to itself (docs/explanation/theory.md, 25): two products are
+A loop is closed if the half turns along its first half and, backwards, along its second half end in the same place: so
+the products of both halves are listed and matched (Horowitz and Sahni, https://doi.org/10.1145/321812.321823), 2^(k/2)
+of each for k hinges. On a tiling half turns map a lattice to itself (docs/explanation/theory.md, 25): two products are
 equal, or differ by at least a step of the lattice, which is far above rounding. So the list is exact there.
 """
 
@@ -43,7 +43,7 @@ MOVE_CLOSURE_TOLERANCE = 1e-9
 MAX_MOVE_CANDIDATES = 20000
 """Greatest number of sets of hinges that are tried: a large array has too many."""
 MIN_LEAVING_RATE = 1e-6
-"""Least rate, relative to that of all hinges, at which a hinge leaves its stop; slower ones stay there."""
+"""Least rate, relative to the rate of all hinges, at which a hinge leaves its stop; slower ones stay there."""
 COLLINEAR_HINGE_COUNTS = (2, 4, 6, 8)
 """Numbers of hinges on one line that turn together."""
 
@@ -208,7 +208,7 @@ def _lines(leaving: Reals, group: list[int]) -> list[tuple[list[int], list[int]]
 def simple_path(linkage: Linkage, margin: float) -> Reals | None:
     """Return the states of a path of simple moves, (k, n_hinges), from packed to flat; None where there is none.
 
-    margin : m, by which panels are shrunk. Gaps are checked at the states only: `path_proofs.Prover` proves the path.
+    margin : panels are shrunk by it, m. Gaps are checked at the states only: `path_proofs.Prover` proves the path.
     """
     return SimpleMoves(linkage, margin).run(Budget(MAX_MOVE_STATES)) if linkage.loops else None
 

@@ -267,7 +267,7 @@ class Stretch:
         return bool(prove_tube(self.loops, self.group, step, ends, limit, 0, fine, np.zeros(2)))
 
     def _tangent(self, state: Reals, rate: Reals) -> Reals:
-        """The projection of a rate onto those that keep loops closed and hinges at their stops."""
+        """The projection of a rate onto the rates that keep loops closed and hinges at their stops."""
         row = rate[None].copy()
         keep_closed(self.loops, state, row, 0, self.work)
         return row.ravel()

@@ -47,7 +47,7 @@ class Search(Protocol):
 
     @property
     def lists(self) -> str:
-        """Which circuits are listed, as a value of `--keep`: `all`, those that fold, or untwisted ones."""
+        """Which circuits are listed, as a value of `--keep`: `all`, `two-stack` or `untwisted`."""
 
     @property
     def target(self) -> str:

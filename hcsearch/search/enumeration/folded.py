@@ -34,10 +34,10 @@ class FoldedSearch:
     """All circuits of n panels that fold into two stacks, or only the untwisted ones, split into shards.
 
     The two flat creases of a folding cut the circuit into two half-chains, each of which leads from one flat crease to
-    the other. Half-chains are listed by key (last place, exit) and joined with those of the matching key; a pair is
-    kept where its cells are disjoint. For untwisted circuits only opposite sums of turns are joined. Of keys that are
-    images of each other, one suffices. A shard is a range of keys, or part of one key. Memory holds the half-chains of
-    one key at a time.
+    the other. Half-chains are listed by key (last place, exit) and joined with the half-chains of the matching key; a
+    pair is kept where its cells are disjoint. For untwisted circuits only opposite sums of turns are joined. Of keys
+    that are images of each other, one suffices. A shard is a range of keys, or part of one key. Memory holds the
+    half-chains of one key at a time.
 
     Empty for odd n. Raises SizeError below 3 panels and where the half-chains are too many to list.
     """

@@ -300,7 +300,7 @@ class _Reading:
         return facets, sides
 
     def _panels(self) -> list[list[int]]:
-        """Return the listed faces, or else those bounded by edges; faces joined by `J` edges are merged."""
+        """Return the listed faces, or else the faces that edges bound; faces joined by `J` edges are merged."""
         marks = self.marks
         if self.whole.faces:
             rings = [self._ring(face) for face in self.whole.faces]

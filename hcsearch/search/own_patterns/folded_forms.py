@@ -1,7 +1,7 @@
 """Fold angles of a folded form: a second frame of a FOLD file, with the same faces, placed in space as rigid panels.
 
 Each face is turned as a whole, and the turn between two faces about their common edge is the fold angle there. Faces
-may have separate points, as those of thick panels have.
+may have separate points, as faces of thick panels have.
 """
 
 from __future__ import annotations

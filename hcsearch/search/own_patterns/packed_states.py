@@ -39,7 +39,7 @@ from hcsearch.springs.deployment.outcomes import FLAT_FOLD_ANGLE
 from hcsearch.system.work_steps import work_step
 
 MAX_FLAT_SETS = 2_000
-"""Greatest number of sets of hinges that are tried as those that stay flat."""
+"""Greatest number of sets of hinges that are tried as the flat ones."""
 MAX_SET_PAIRS = 2e7
 """Limit of the number of these sets times the squared number of panels, as the time for a set grows with pairs of
 panels."""
@@ -97,7 +97,7 @@ class PackedPattern(ByValue):
 
 
 def pack_drawing(drawing: PatternDrawing, panel: str | None = None) -> PackedPattern:
-    """Return the pattern of a drawing with its packed state: the stated one, or one that is found.
+    """Return the pattern of a drawing with its packed state: the stated state, or one that is found.
 
     panel : as in `pattern_of_drawing`. PatternError as there, and where creases are unassigned and hinges are stated
     partly closed, or no mountains and valleys pack the panels.

@@ -28,7 +28,7 @@ from hcsearch.search.own_patterns.folded_forms import FOLDED_ANGLE_TOLERANCE
 from hcsearch.shape.pattern import FacetPair
 
 CELL_CORNER_TOLERANCE = 10.0 * POINT_ERROR_SHARE
-"""Tolerance of corners of a panel from those of a cell with the same centre, over the length of a side."""
+"""Tolerance of a panel's corners from the corners of a cell with the same centre, over the length of a side."""
 CELL_STEP_TOLERANCE = 0.1
 """Tolerance of the vector between the centres of neighbours from a step of the grid, over the length of a side."""
 _TILINGS = tuple(grid for grid in GRIDS.values() if grid.tiling is grid)
@@ -334,7 +334,7 @@ def _circuit(drawing: PatternDrawing, n: int) -> list[int]:
 
 
 def _without_merged(joins: dict[FacetPair, FacetJoin], n: int) -> dict[FacetPair, FacetJoin]:
-    """Drop the flat edges of merged mirror pairs: those at panels that already have two folds."""
+    """Drop the flat edges of merged mirror pairs: the flat edges of panels that already have two folds."""
     folds = {pair: join for pair, join in joins.items() if join.assignment != "F"}
     full = [len(near) == 2 for near in _beside(folds, n)]
     return {pair: join for pair, join in joins.items() if pair in folds or not (full[pair[0]] or full[pair[1]])}

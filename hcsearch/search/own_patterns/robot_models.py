@@ -90,7 +90,7 @@ def _add_joint(model: FlatModel, joint: ModelPart, closures: ModelClosures) -> N
 
 
 def _origin(part: ModelPart) -> Reals:
-    """Return the origin of a part, whose axes must be those of the flat state."""
+    """Return the origin of a part; its axes must be the axes of the flat state."""
     origin = part.part("origin")
     if "rpy" in origin.element.attrib and origin.vector("rpy").any():
         raise part.wrong("has a rotated origin (rpy)")

@@ -29,7 +29,7 @@ from hcsearch.shape.mesh import PlanePoint
 _LETTERS = {0: "M", 60: "F", 120: "C", 240: "V", 300: "U"}
 """Assignments by the hue of the colour, degrees; black is B."""
 _HUE_TOLERANCE, _LEAST_SATURATION, _LEAST_BRIGHTNESS, _MOST_GREY = 20.0, 0.6, 0.3, 0.2
-"""Limits within which colours are those of the convention; darker ones are black, and less saturated ones grey."""
+"""Limits within which colours follow the convention; darker ones are black, and less saturated ones grey."""
 _GREY = re.compile("[a-z]*gr[ae]y|white|silver|gainsboro")
 _NAMED = {
     "black": "#000000", "red": "#ff0000", "blue": "#0000ff", "green": "#008000", "lime": "#00ff00",

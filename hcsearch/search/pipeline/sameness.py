@@ -81,7 +81,7 @@ def _states_at_start() -> list[tuple[Path, int, int, int, int]]:
 
 
 def are_sources_mixed() -> bool:
-    """Whether modules may have been loaded from sources other than those of `running_program`."""
+    """Whether modules may have been loaded from sources other than the sources of `running_program`."""
     running_program()
     loaded = {name for name in list(sys.modules) if name.partition(".")[0] == "hcsearch"}
     if loaded <= _checked:

@@ -103,7 +103,7 @@ def locks_with_panel(
     """Return which foldings locked in the scene `default` are proved locked with panels of another size, too.
 
     locks : (n_foldings,) each, with rigid and with hinged flat pairs. Locks of first order do not depend on the size of
-    panels; those of second order may.
+    panels; locks of second order may.
     """
     if panel == default_panel(circuits.grid):
         return locks

@@ -36,7 +36,7 @@ class Stage:
 
     @property
     def stored_version(self) -> int:
-        """The version combined with those of its base stages, under which finished work is stored."""
+        """The version combined with the versions of its base stages, under which finished work is stored."""
         return (
             self.version
             if self.base_stage is None
