@@ -250,7 +250,7 @@ class _TreeSearch(SteppedSearch[TreeGrowth]):
         return not all(self.starts) or self.forest.is_joined or self.forest.is_full
 
     def step(self, budget: Budget) -> None:
-        """Take one turn, which stops at the middle of the budget."""
+        """Take one turn, which passes neither the middle nor the end of the budget."""
         rounds = int(budget.efforts)
         left = (rounds // 2 if self.efforts < rounds // 2 else rounds) - self.efforts
         turn = min(self.forest.rounds_per_turn, left)
