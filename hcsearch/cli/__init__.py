@@ -81,7 +81,7 @@ class _Commands(click.Group):
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the commands in groups; of further ones, the names."""
+        """Write the commands in groups; further ones by name only."""
         width = max(map(len, GROUPS))  # no name on this screen is longer
         room = formatter.width - width - 6  # as click has it
         sections = {

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def _given_edges() -> str:
-    """Return which edge's length is given of the panels of each grid with several, such as `the leg of obtuse`."""
+    """Return the edge whose length is given for each grid with several edges, such as `the leg of obtuse`."""
     edges = dict.fromkeys(grid.given_edge for grid in GRIDS.values() if grid.given_edge)
     of_grids = {edge: [grid.name for grid in GRIDS.values() if grid.given_edge == edge] for edge in edges}
     return ", ".join(f"the {edge} of {listed(names, 'and')}" for edge, names in of_grids.items())
@@ -92,7 +92,7 @@ def folding_options(command: Command) -> Command:
 
 
 def circuit_options(command: Command) -> Command:
-    """Add the same for a circuit of which all foldings are tried."""
+    """Add the same for a circuit whose foldings are all tried."""
     return _options(command, "FILE.fold|FILE.toml|CIRCUIT", "either", *value_options("time"))
 
 
@@ -102,7 +102,7 @@ def proof_options(command: Command) -> Command:
 
 
 def linkage_options(command: Command) -> Command:
-    """Add the same for a folding or an assembly of which the linkage alone counts, without loads on its panels."""
+    """Add the same for the linkage of a folding or an assembly, without loads on its panels."""
     return _panel_options(command, "DESIGN:CREASE|ASSEMBLY|FILE.toml|FILE.fold", "rigid")
 
 

@@ -80,7 +80,7 @@ def _print(checked: Checked, named: Mapping[str, Any]) -> None:
 def _scene_options(tried: str, name: str, named: Mapping[str, Any]) -> list[str]:
     """Write the options by which `hcsearch deploy` repeats a deployment.
 
-    tried : the name of the scene as it was tried. name : of the scene that was asked for. named : the options.
+    tried : the name of the scene as it was tried. name : the name of the scene asked for. named : the options.
     """
     words: list[str] = []
     from hcsearch.subjects.stored_scenes import is_scene_file

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 _LOCK = threading.RLock()
 SHARE = "share"
-"""Unit of a meter that shows the share of the whole work: its amounts are of no thing that a user knows."""
+"""Unit of a meter that shows the share of the whole work: its amounts mean nothing to a user."""
 _FIRST_NOTE_SECONDS, _NOTE_SECONDS = 2.0, 1.0
 """Time before the first words on compiled kernels, and between two, on a terminal, s."""
 _LINE_SECONDS = 10.0

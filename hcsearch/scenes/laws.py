@@ -14,7 +14,7 @@ Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front
 Any but `free` and `tape` may act from a time on, in s, or rise in proportion to time:
 
     linear:0.1 from 0.5 s            no moment up to 0.5 s, then that of the law
-    linear:0.1 from 0.5 to 2 s       times a factor that rises from 0 to 1, as of a shape-memory spring that is heated
+    linear:0.1 from 0.5 to 2 s       times a factor that rises from 0 to 1, as for a shape-memory spring that is heated
 """
 
 from __future__ import annotations

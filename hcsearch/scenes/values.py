@@ -21,9 +21,9 @@ MAX_SCENE_VALUE = 1e12
 class ValueKind:
     """A kind of values: how one is read and written.
 
-    read : one by the name of the value; TypeError, ValueError or OverflowError for what is none. remedy : what to
-    write, in messages. types : what Python may give, and made : what else to give, in messages; files and command lines
-    may give others, too. write : one as files hold it. in_mm : whether files hold mm.
+    read : reads one, given the name of the value; TypeError, ValueError or OverflowError for anything else. remedy :
+    what to write, in messages. types : what Python may give, and made : what else to give, in messages; files and
+    command lines may give others, too. write : converts one to what files hold. in_mm : whether files hold mm.
     """
 
     read: Callable[[str, Any], Any]
@@ -41,8 +41,8 @@ class SceneValue:
     unit : in SI; empty without one. meaning : a phrase, for files, help and the reference. more : sentences for the
     reference alone. unset : what holds where the value is not given, if it is not the default. example : shown in files
     to start from in place of the default. section : of files and of the reference; empty on top of a file. by_hinge :
-    whether single hinges may have their own. option : the commands that have one, those with `loads`, `springs` or a
-    `time`, and its metavar.
+    whether single hinges may have their own. option : the commands that have an option for it (with `loads`, `springs`
+    or a `time`), and its metavar.
     """
 
     unit: str
@@ -155,7 +155,7 @@ def panel_or(*words: str) -> ValueKind:
 
 
 def by_hinge(read: Callable[[str, Any], Any], remedy: str, made: str, write: Callable[[Any], Any]) -> ValueKind:
-    """Return the kind of tables by hinge; read : one entry, for the name of its hinge."""
+    """Return the kind of tables by hinge; read : reads one entry, given the name of its hinge."""
 
     def read_all(key: str, value: Any) -> tuple[tuple[str, Any], ...]:
         entries: dict[str, Any] = {}

@@ -97,7 +97,7 @@ def _judged(verdict: str, status: str, twist: str, deployable: str) -> tuple[Qua
     )
 
 
-# Of the motion behind the status: the deployment for `deploys`, the path for `movable`.
+# The motion behind the status is the deployment for `deploys`, the path for `movable`.
 _OF_VERDICT = in_table(
     "verdict",
     Quantity(
@@ -124,8 +124,8 @@ _OF_VERDICT = in_table(
     ),
 )
 
-# Of a deployment that becomes flat, certified clear. Worth 1/2: errors that still leave three digits of both; weights
-# are 0 unless given, since a tighter tolerance changes them, and no design is better for it.
+# Errors of a deployment that becomes flat, certified clear. Worth 1/2 are errors that leave three digits of both;
+# weights are 0 unless given, since a tighter tolerance changes them, and no design is better for it.
 _ERRORS = (
     Quantity(
         *("error_angle", "real", "rad", "estimated greatest error of the fold angles, until tolerances part"),

@@ -4,9 +4,8 @@ query = [either]                    either = all ("or" all)*
     all = one (["and"] one)*            one = "not" one | "(" either ")" | condition
     condition = NAME | NAME op VALUE    op = one of = != < <= > >=
 
-NAME is that of a column or its label on pages, such as `degrees of freedom`, in capitals or not; keywords may be
-written in capitals, too. Spaces may stand around an op; a value contains none. Paired brackets inside a value belong
-to it.
+NAME is a column or its label on pages, such as `degrees of freedom`, in capitals or not; keywords may be written in
+capitals, too. Spaces may stand around an op; a value contains none. Paired brackets inside a value belong to it.
 
 A name alone requires that a yes/no column is 1. A value never becomes part of the SQL text. NULL satisfies neither a
 condition nor its negation. `array=` takes any array specification and `circuit=` a circuit in any position, order or
@@ -255,7 +254,7 @@ def condition_of(source: FromClause, view: str, tree: ConditionTree) -> ColumnEl
 
 
 def _condition(source: FromClause, view: str, tree: ConditionTree, grids: Sequence[str]) -> ColumnElement[bool]:
-    """Return the SQL condition of a part of a query; grids : of the arrays that it names."""
+    """Return the SQL condition of a part of a query; grids : the grids of the arrays that it names."""
     match tree:
         case AllOf(parts):
             grids = _grids_of(parts, grids)

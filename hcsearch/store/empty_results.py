@@ -34,8 +34,8 @@ _ENDS = {">": "greatest", ">=": "greatest", "<": "least", "<=": "least"}
 def empty_result_reason(database: Database, query: str, view: str = "designs", scene: str = DEFAULT_SCENE_NAME) -> str:
     """Return the ranges of the columns that a query compares; empty where these do not explain anything.
 
-    query : one that selects no row of the view. The range of a column is that of rows which satisfy all other
-    conditions; where no row does so, that of all rows, for conditions that none of them satisfies.
+    query : one that selects no row of the view. The range of a column is taken over the rows that satisfy all other
+    conditions; if there are none, over all rows, for conditions that no row satisfies.
     """
     tree = parse_conditions(query, view)
     parts = tree.parts if isinstance(tree, AllOf) else (tree,)
@@ -59,7 +59,7 @@ def _selects_none(database: Database, source: FromClause, condition: Condition |
 
 
 def _reasons(database: Database, condition: Condition, others: AllOf, view: str, scene: str) -> Iterator[str]:
-    """Yield what rows that satisfy the other conditions have instead of what a condition asks for."""
+    """Yield words on the values, in the column of a condition, of the rows that satisfy all other conditions."""
     source = view_table(view, scene)
     if condition.name.lower() == FITS:
         yield from _smallest_box(database, source, others, view)

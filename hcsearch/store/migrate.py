@@ -25,7 +25,7 @@ def current_revision(connection: Connection) -> str | None:
 
 
 def check_revision(location: str, revision: str, *, upgradable: bool) -> None:
-    """Raise DatabaseError for a schema that is newer, older and not upgradable, missing, or of before a release."""
+    """Raise DatabaseError for a schema that is missing, newer, older and not upgradable, or from before a release."""
     if not re.fullmatch("(?!0000)[0-9]{4}", revision):
         raise DatabaseError(f"database {location} is damaged, its schema has no number: restore a copy")
     if revision > SCHEMA_REVISION or "0001" < revision < "0012":

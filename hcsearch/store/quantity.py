@@ -22,7 +22,7 @@ class Quantity(NamedTuple):
     half : for a ranking criterion, the value that is worth 1/2, in its unit; None for other quantities.
     weight : of the criterion in a rank, unless given there.
     label : short name on pages; if empty, the column name with spaces for underscores.
-    table : that stores it; if empty, the table of the view.
+    table : the table that stores it; if empty, the table of the view.
     sql : its expression in the view, in a scene `:scene`; if empty, the stored column. A quantity with an expression
         and without a table is not stored.
     required : whether the table refuses NULL. check : what the table requires of the stored value, after its name.
@@ -71,7 +71,7 @@ class Quantity(NamedTuple):
 
 
 def in_table(table: str, *quantities: Quantity) -> tuple[Quantity, ...]:
-    """Return quantities of another table than that of their view."""
+    """Return quantities that are stored in a table other than their view's."""
     return tuple(quantity._replace(table=table) for quantity in quantities)
 
 

@@ -64,7 +64,7 @@ def stream(
 ) -> Iterator[Rows]:
     """Stream the rows of a view that satisfy a query (see `conditions`), in little memory.
 
-    scene : whose verdicts are shown. columns : names, a sequence or separated by commas; all where empty.
+    scene : the one whose verdicts are shown. columns : names, a sequence or separated by commas; all where empty.
     sort : names separated by commas, `-` before a name for descending; NULL comes last either way.
     """
     view_table(view)  # raises for an unknown view before its columns are looked up
@@ -239,8 +239,8 @@ def sort_key(source: FromClause, quantity: Quantity) -> ColumnElement[Any]:
 def find_design(database: Database, text: str, scene: str = DEFAULT_SCENE_NAME) -> dict[str, Any]:
     """Return the row of `designs` for an id or a circuit notation, with its rows of the views of foldings.
 
-    These are `foldings`, `motions` and `deployments`. scene : whose verdicts `designs` and `foldings` show. Control
-    characters in texts are escaped for display, except in `scene_values`, which are TOML.
+    These are `foldings`, `motions` and `deployments`. scene : the one whose verdicts `designs` and `foldings` show.
+    Control characters in texts are escaped for display, except in `scene_values`, which are TOML.
     """
     key, _ = find_circuit(database, text)
     queries = {"designs": f"id={key}"} | dict.fromkeys(("foldings", "motions", "deployments"), f"design_id={key}")

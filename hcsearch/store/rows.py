@@ -89,7 +89,7 @@ def chunks_of(cursor: CursorResult[Any], *, trusted: bool = True) -> Iterator[Se
 def checked_rows(
     connection: Connection, location: str, statement: Select[Any], kinds: Sequence[ColumnKind | None]
 ) -> list[ResultRow]:
-    """Return the rows of a SELECT of this program; errors as of `raising_query_errors` and `check_values`."""
+    """Return the rows of a SELECT of this program; errors as in `raising_query_errors` and `check_values`."""
     with raising_query_errors():
         cursor = connection.execute(statement)
     names = tuple(cursor.keys())

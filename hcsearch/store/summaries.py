@@ -25,7 +25,7 @@ from hcsearch.store.rows import Result, checked_rows, parts_of_ids
 from hcsearch.store.schema import deployment, design, verdict
 
 _SCENE_COLUMN = {"motions": "scene", "deployments": "base"}
-"""By view with rows of all scenes: the column with the scene whose verdict a row serves."""
+"""The column with the scene whose verdict a row serves, by view with rows of all scenes."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,7 @@ def ids_of_run(work: WorkKey) -> Select[Any]:
 
 
 def simulations_of(connection: Connection, ids: Select[Any], name: str) -> dict[str, int]:
-    """As `undecided_simulations`, of the designs with some ids in the scene of a name."""
+    """Return the same as `undecided_simulations` for the designs with some ids, in a named scene."""
     same = and_(verdict.c.design_id == deployment.c.design_id, verdict.c.crease == deployment.c.crease)
     rows = connection.execute(
         sql_select(deployment.c.design_id, deployment.c.crease, deployment.c.reason)
@@ -202,7 +202,7 @@ def simulations_of(connection: Connection, ids: Select[Any], name: str) -> dict[
         .where(deployment.c.design_id.in_(ids))
         .order_by(deployment.c.design_id, deployment.c.crease, deployment.c.scene == name)
     )
-    # of several trials that in the scene as written counts, which comes last
+    # of several trials the one in the scene as written counts, which comes last
     return undecided_counts({(design_id, crease): reason for design_id, crease, reason in rows})
 
 
@@ -214,9 +214,9 @@ def simulation_accuracy(database: Database, work: WorkKey) -> SimulationAccuracy
 
 
 def accuracy_of_deployments(connection: Connection, ids: Select[Any], name: str) -> SimulationAccuracy:
-    """Return the accuracy of the deployments of the designs with some ids, for the scene of a name.
+    """Return the accuracy of the deployments of the designs with some ids, in a named scene.
 
-    Deployments that were taken over from congruent foldings, and those of before the columns, are left out.
+    Deployments that were taken over from congruent foldings, and those from before these columns, are left out.
     """
     rows = connection.execute(
         sql_select(deployment.c.time_saved, deployment.c.status, deployment.c.deploy_time, deployment.c.error_time)

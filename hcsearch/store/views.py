@@ -13,8 +13,8 @@ from hcsearch.store.columns import BEST_CREASE, VIEWS, table_of
 _ALIASES = {"design": "d", "folding": "f", "outcome": "o", "verdict": "v", "motion": "m", "flight": "g", "score": "s"}
 _ALIASES |= {"deployment": "p", "run": "r", "unit": "u", "evaluation": "e"}
 
-# Each join of `designs` finds at most one row, so SQLite omits joins of which no column is selected; a join condition
-# on a column of another join would keep that one.
+# Each join of `designs` finds at most one row, so SQLite omits joins without a selected column; a join condition on a
+# column of another join would keep that one.
 _SOURCES = {view: f"{view.removesuffix('s')} AS {_ALIASES[view.removesuffix('s')]}" for view in VIEWS}
 _SOURCES["designs"] += f"""
 LEFT JOIN outcome AS o ON o.design_id = d.id AND o.scene = :scene

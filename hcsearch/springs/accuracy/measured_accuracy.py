@@ -44,9 +44,9 @@ _COLUMNS = {
     "lost_error": "energy_lost_error",
     "opening": "closure_gap",
 }
-"""Names of fields of a row in data, where a unit or more words are due; energies are shares of the largest one."""
+"""Keys of a row in data that differ from the names of its fields; energies are shares of the largest one."""
 MIN_PLOTTED_ERROR = 1e-16
-"""Errors below this (rad) are drawn at it."""
+"""Smaller errors (rad) are drawn as this one."""
 
 
 def work_facts(work: FormulationWork) -> dict[str, Any]:
@@ -184,15 +184,15 @@ def _draw_one(axes: Axes, work: FormulationWork) -> None:
 
 
 PERTURBATION = 1e-12
-"""Greatest change of a fold angle at the start by which a motion is tested (rad): about what rounding leaves there."""
+"""Change of the fold angles (rad) at the start of a perturbed motion: about the rounding error there."""
 
 
 @dataclass(frozen=True)
 class DefaultErrors:
     """The default deployment, with estimates of its errors.
 
-    estimates : None where nothing can be estimated. perturbed_until : s, from which on a start that differs by
-    `PERTURBATION` leads to fold angles that differ by more than `PARTING_ANGLE`; None if it never does.
+    estimates : None where nothing can be estimated. perturbed_until : time (s) from which on a start that differs by
+    `PERTURBATION` changes fold angles by more than `PARTING_ANGLE`; None if it never does.
     """
 
     deployment: Deployment
@@ -240,7 +240,7 @@ class MeasuredAccuracy:
     errors
         The deployment by the default setting of the first formulation, with estimates of its errors.
     omitted
-        What the omissions of that scene save and change, each put back in turn, and all of them last.
+        The savings and the effect of each omission of that scene, put back in turn, and of all of them last.
     wanted
         The greatest error of the fold angles for which the cheapest setting is wanted, rad; None without one.
     """

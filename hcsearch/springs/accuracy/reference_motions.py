@@ -41,7 +41,7 @@ REFERENCE_STEPS = 1_000
 MAX_REFERENCE_STEPS = 200_000
 """Greatest number of steps of a reference; fewer where they take longer than is allowed."""
 PROBE_STEPS = 100
-"""Number of steps of the simulation by which the time of a step is estimated."""
+"""Number of simulated steps from which the time of a step is estimated."""
 USABLE_DOUBT, AGREEING_ANGLE = 1e-3, 1e-6
 """Where two references differ by more than the first angle (rad), errors are measured as long as they agree to the
 second."""
@@ -64,11 +64,11 @@ class ReferenceRun(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ReferenceMotion(ByValue):
-    """A reference, a second one of another method, and how far they agree.
+    """A reference, a second one by another method, and how far they agree.
 
-    until : s, up to which others are compared. angle_doubt : greatest distance of a fold angle between both until then,
-    rad; None without a second one. time_doubt : distance of the flat times, s; None unless both are flat.
-    parting : s, from which on they differ by more than `PARTING_ANGLE`; None if they never do.
+    until : time (s) up to which others are compared. angle_doubt : greatest distance of a fold angle between both until
+    then, rad; None without a second one. time_doubt : distance of the flat times, s; None unless both are flat.
+    parting : time (s) from which on they differ by more than `PARTING_ANGLE`; None if they never do.
     """
 
     first: ReferenceRun
@@ -134,7 +134,7 @@ def is_stiff(compiled: CompiledScene) -> bool:
 
 
 def affordable_steps(run: Callable[..., Deployment], seconds: float) -> int:
-    """Return how many steps a simulation can make in processor time (s); run : it, by the greatest number of steps."""
+    """Return how many steps a simulation can make in processor time (s); run : simulates up to `max_steps`."""
     run(max_steps=1)  # loads the kernels
     begin = time.process_time()
     probe = run(max_steps=PROBE_STEPS)
@@ -170,7 +170,7 @@ def reference_run(
 ) -> ReferenceRun | None:
     """Return the first simulation that comes to an end, else the one that gets farthest; None where none has a step.
 
-    end, seconds : as of `reference_motion`.
+    end, seconds : as in `reference_motion`.
     """
     runs: list[ReferenceRun] = []
     for method, tolerance in settings:

@@ -1,4 +1,4 @@
-"""Medians of the times of repeated runs, of which short ones are repeated more often."""
+"""Medians of the times of repeated runs; short runs are repeated more often."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ T = TypeVar("T")
 class Repeats(NamedTuple):
     """How often runs are repeated.
 
-    usual : number of runs; short : number where the first takes less than `short_seconds`. enough_seconds : in all,
+    usual : number of runs; short : number where the first takes less than `short_seconds`. enough_seconds : total time
     after which no further run begins.
     """
 

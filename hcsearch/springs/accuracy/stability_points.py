@@ -32,7 +32,7 @@ JUDGEMENTS: tuple[Judgement, ...] = get_args(Judgement)
 simulation; `refused`: the simulation itself says that it has no answer; `wrong`: it claims one, but the error is beyond
 the bound or a number is not finite."""
 ACCURATE_TOLERANCES, ANGLE_FLOOR = 100.0, 1e-11
-"""A simulation is accurate when its error is at most so many tolerances, and what rounding leaves (rad)."""
+"""A simulation is accurate when its error is at most so many tolerances, plus this rounding error (rad)."""
 BOUND_FACTOR = 3.0
 """A bound is so many times the closure residual and the distance to a simulation that is ten times rougher."""
 MAX_JUDGED_STATES = 200
@@ -142,8 +142,9 @@ class StabilityPoint:
     """The judgement on a scene.
 
     error : greatest distance of a fold angle from the reference, or closure residual where that is greater, rad.
-    bound : of it, where it is not accurate. drift : error of the energy balance as a share of the largest energy.
-    until : s, up to which references agree; None without them. seconds : processor time of the judged simulation.
+    bound : of that error, where the simulation is not accurate. drift : error of the energy balance as a share of the
+    largest energy.
+    until : time (s) up to which references agree; None without them. seconds : processor time of the judged simulation.
     """
 
     label: str

@@ -25,7 +25,7 @@ JUDGEMENT_COLOURS: dict[Judgement, str] = {
     "refused": "#b8c4d0",
     "wrong": "#e8342a",
 }
-"""Of cells, light enough for the numbers that stand on them."""
+"""Colours of cells, light enough for the numbers on them."""
 _UNITS = {
     "error": "error_rad",
     "bound": "bound_rad",
@@ -35,7 +35,7 @@ _UNITS = {
 }
 """Names of fields in data, with their units."""
 MIN_SHOWN_ERROR = 1e-16
-"""Errors below this (rad) are shown as it."""
+"""Smaller errors (rad) are shown as this one."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -50,11 +50,11 @@ Announce = Callable[[str], None]
 class WorkRow:
     """A simulation by one method at one tolerance.
 
-    outcome : None where it was not tried. angle_error : greatest of a fold angle until `ReferenceMotion.until`, rad.
-    below : whether the reference cannot tell that error, or the one in time, from its own doubt. time_error : of the
-    flat time, s. drift : greatest error of the energy balance; lost_error : error of the energy lost in dampers, to
-    friction and at stops; both as shares of the largest energy. opening : greatest closure residual, rad or gap over
-    size. seconds : processor time, median of `runs`. default : whether `deploy` takes this setting by
+    outcome : None where it was not tried. angle_error : greatest error of a fold angle until `ReferenceMotion.until`,
+    rad. below : whether the reference cannot tell that error, or the one in time, from its own doubt. time_error :
+    error of the flat time, s. drift : greatest error of the energy balance; lost_error : error of the energy lost in
+    dampers, to friction and at stops; both as shares of the largest energy. opening : greatest closure residual, rad or
+    gap over size. seconds : processor time, median of `runs`. default : whether `deploy` takes this setting by
     default.
     """
 
@@ -87,9 +87,9 @@ class WorkRow:
 class FormulationWork:
     """All simulations in one formulation, and what they are compared with.
 
-    model_angle, model_time : greatest distance of a fold angle (rad) and of the flat times (s) of the reference from
-    that of the constrained formulation, up to `model_until` (s): what the formulation itself differs by; None without
-    one. refusal : why the formulation does not apply, or has no reference; there are no rows then.
+    model_angle, model_time : error of the formulation itself: greatest distance of a fold angle (rad), and distance of
+    the flat times (s), between its reference and that of the constrained formulation up to `model_until` (s); None
+    without one. refusal : why the formulation does not apply, or has no reference; there are no rows then.
     """
 
     formulation: Formulation
@@ -273,7 +273,7 @@ QUICK_RUN_SECONDS = 0.1
 def quick_work(deployment: Deployment) -> FormulationWork:
     """Measure error against run time of the method that a deployment takes by default, with one run at each tolerance.
 
-    The reference is of the same method at a tighter tolerance, which nothing confirms; `work_of_formulations` has
+    The reference is the same method at a tighter tolerance, which nothing confirms; `work_of_formulations` has
     references of other methods.
     """
     compiled, motion = deployment.compiled, deployment.motion

@@ -40,12 +40,12 @@ MAX_FLAT_TIME_DIGITS = 4
 FLAT_TIME_TOLERANCE = 0.1
 """Relative tolerance, over the mean, within which flat times agree."""
 LOOSE_STATES_SHARE = 0.1
-"""Share of states with open loops from which on a motion is taken to follow a branch of singular states. Of the motions
-of 10 and 12 hexagons that become flat at 1e-6 or 1e-7 those of four foldings have 0.16 to 0.79, all others at most
-0.03."""
+"""Share of states with open loops from which on a motion is taken to follow a branch of singular states. Among 10 and
+12 hexagons that become flat at 1e-6 or 1e-7 the motions of four foldings have shares of 0.16 to 0.79, all others at
+most 0.03."""
 _DOUBTFUL_ENDINGS: frozenset[Ending] = frozenset({"flat", "jammed", "diverged"})
-"""Endings that simulations at other tolerances confirm: where hinges that rattle at their stops jam, where they jam the
-energy balance may fail as well, and either may become flat."""
+"""Endings that simulations at other tolerances must confirm: hinges that rattle at their stops may jam, or fail the
+energy balance, or become flat."""
 _CONTINUED = (
     "the motion passes a state where its continuation depends on that: take other springs, or the compliant formulation"
 )
@@ -56,7 +56,7 @@ _LOOSE = (
 
 
 class SimulationFindings(NamedTuple):
-    """The result of one simulation; time : of its end, s. loose_share : share of its states with open loops."""
+    """The result of one simulation; time : its end, s. loose_share : share of its states with open loops."""
 
     tolerance: float
     outcome: Ending
@@ -73,7 +73,7 @@ class Agreement:
     flat_time : s, in the digits that agree, in one digit where none does; None unless all become flat, at times that
     differ by a tenth at most, and not along such a branch.
     reason : the result in a sentence. others : the simulations at the other tolerances.
-    needed_margin : m, the least at which all of them are certified clear; least_gap : m, of the first, as of `Play`;
+    needed_margin : m, the least at which all of them are certified clear; least_gap : m, of the first, as in `Play`;
     both None unless it deploys. outcome : the ending of the first, or `branch-singular`.
     errors : estimates of the errors of the first, from the others; None where motions are not compared.
     """
@@ -199,7 +199,7 @@ def simulated_at(
 def confirm_deployment(
     deployment: Deployment, *, method: str | None = None, tolerance: float = 1e-6
 ) -> Agreement | None:
-    """Simulate a deployment at other tolerances and compare; None where its ending is none that they confirm."""
+    """Simulate a deployment at other tolerances and compare; None where its ending needs no other tolerance."""
     if not is_doubtful(deployment.check):
         return None
     compiled, certified = deployment.compiled, deployment.clearance is not None

@@ -46,7 +46,7 @@ def start_state(linkage: Linkage, share: float) -> Reals:
 OMISSIONS = ("half", "third dimension", "stops")
 """Names of the omissions that a symmetry or a bound allows."""
 ALL_OMISSIONS = (*OMISSIONS, "pairs", "closure", "gravity", "base")
-"""Names of all omissions. The last three are of terms that a scene does not have; put back, they do nothing: closure
+"""Names of all omissions. The last three omit terms that a scene does not have; put back, they do nothing: closure
 equations of a panel in two halves, a gravity of `NO_GRAVITY`, the joints of a base that is locked."""
 NO_GRAVITY = (0.0, 0.0, -1e-30)
 """A gravity (m/s^2) that changes no number: it is below the rounding error of any other acceleration."""

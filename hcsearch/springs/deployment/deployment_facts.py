@@ -1,4 +1,4 @@
-"""Reports of a deployment, as of `hcsearch deploy`: plain data, a table and pictures."""
+"""Reports of a deployment, as in `hcsearch deploy`: plain data, a table and pictures."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _facts(deployment: Deployment, agreement: Agreement | None) -> dict[str, Any
 
 
 def play_facts(deployment: Deployment, agreement: Agreement | None = None) -> dict[str, Any]:
-    """Return the gaps of a deployment, mm, and the play to leave between faces; agreement : as of `deployment_facts`.
+    """Return the gaps of a deployment, mm, and the play to leave between faces; agreement : as in `deployment_facts`.
 
     Where panels as built overlap, the smallest gap is the overlap, with a negative sign.
     """

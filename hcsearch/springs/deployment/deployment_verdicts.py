@@ -45,8 +45,8 @@ from hcsearch.springs.dynamics.integration_methods import methods_text
 
 MAX_VARIANT_WORK = 5_000_000
 """Evaluations times panels after which no more variants of a folding are tried, so that large arrays do not take most
-of the time. Of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18 that a variant brings
-flat none is lost by this limit; a fifth of it loses 4 of 17 of these triangles."""
+of the time. This limit loses none of the foldings of hexagons of 10 and 12 panels, squares of 12 and triangles of 18
+that a variant brings flat; a fifth of it loses 4 of 17 of these triangles."""
 VERDICT_TOLERANCE = 1e-6
 """Tolerance of all trials; deployments are simulated at tighter ones, too. A looser tolerance for variants would miss
 some motions that this one finds, and takes nine tenths of the time."""
@@ -59,7 +59,7 @@ def deploy_foldings(
 ) -> DeploymentBatch:
     """Deploy a batch of untwisted foldings in a scene.
 
-    Of foldings that symmetries of circuit and scene make congruent one is simulated, and its trials are transferred.
+    One of the foldings that are congruent by symmetries of circuit and scene is simulated; the others get its trials.
     locked : foldings proved locked with rigid pairs; they are tried with hinged ones, where the scene allows it.
     moves : foldings with a path, proved or not; the others are tried only in the scene as written, as foldings that
     springs bring flat have a path.
@@ -117,10 +117,10 @@ class _Verdicts:
             work += 0 if variant.as_written else check.evaluations * self.foldings[i].circuit.n
 
     def _agreement(self, scene: CompiledScene, panels: CheckedPanels, found: CheckedMotion) -> Agreement | None:
-        """Compare a check that is doubtful with those at other tolerances.
+        """Compare a doubtful check with checks at other tolerances.
 
-        Where it deploys, these are made with the margin that it needs: motions that are clear with it are clear with
-        the scene's. Those that are not are checked again with the scene's margin, and may need more.
+        Where it deploys, these use the margin that it needs: motions that are clear with it are clear with the scene's.
+        Other motions are checked again with the scene's margin, and may need more.
         """
         first = _simulated(scene, VERDICT_TOLERANCE, found)
         if loops_decide(found.check):
@@ -258,7 +258,7 @@ class _Verdicts:
         )
 
     def _trials(self, i: int) -> Iterator[Trial]:
-        """Yield the stored trials of a folding: as written, and the one that deploys, if only at one tolerance."""
+        """Yield the stored trials of a folding: as written, and the one that deploys, even if at one tolerance only."""
         as_written, deploying = self.as_written.get(i), self.deploys.get(i, self.disputed.get(i))
         if as_written is not None:
             yield as_written

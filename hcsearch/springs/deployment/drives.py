@@ -1,8 +1,8 @@
 """Drives of a deployment: the driven hinges, their course and gains, and motions under their control.
 
-Drives have feedforward torques, and feedback towards a course. The controller is sampled, as those of machines are: it
-computes targets of angle, rate and torque every period. Drives interpolate between two targets, as motor drives in
-interpolated position mode do, so that torques do not jump with the targets. A table of a TOML file holds them.
+Drives have feedforward torques, and feedback towards a course. The controller is sampled, as controllers of machines
+are: it computes targets of angle, rate and torque every period. Drives interpolate between two targets, as motor drives
+in interpolated position mode do, so that torques do not jump with the targets. A table of a TOML file holds them.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class DriveDemand(ByValue):
     times : (k,), s, from 0. angles, torques : (k, n_driven), rad and N m: splines through the angles, at rest at both
     ends, linear interpolation of the torques; constant after the end.
     stiffness, damping : (n_driven,), feedback torque by the error of the angle (N m/rad) and of the rate (N m s/rad).
-    period : of the controller, s.
+    period : the sampling period of the controller, s.
     """
 
     times: Reals
@@ -99,8 +99,8 @@ class DrivenMotion(ByValue):
 
     motion : its energies are those of the system without its drives, and `work` (k,) is the work of the drives (J).
     planned, torques : (k, n_driven), feedforward torques and total torques of the drives at the states, N m.
-    angle_errors : (k, n_driven), angles less those planned. greatest_torques : (n_driven,), until the end of the
-    course, even if the motion ends before, where it is flat, N m.
+    angle_errors : (k, n_driven), angles less those planned. greatest_torques : (n_driven,), N m, until the end of the
+    course, even if the motion is flat before.
     """
 
     motion: Motion
@@ -160,7 +160,8 @@ def simulate_driven(
 def _damped(system: System, motion: Motion) -> Reals:
     """Return the energy dissipated by the dampers and the friction of the joints, (k,), J.
 
-    Of dampers by Simpson's rule, with cubics between rates; of friction exactly, as no joint turns back within a step.
+    Damping is integrated by Simpson's rule, with cubics between rates; friction exactly, as no joint turns back within
+    a step.
     """
     damping, friction = np.array([(drive.damping, drive.friction) for drive in system.drives]).T
     step, v, a = np.diff(motion.times)[:, None], motion.v, motion.a

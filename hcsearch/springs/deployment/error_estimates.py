@@ -33,9 +33,9 @@ SLOW_SHARE, SLOW_DISTANCE = 0.3, 10.0
 """A motion is sensitive where the two at the tighter tolerances are further apart than this share of the distance, and
 this is more than so many tolerances; at a tenth of a tolerance, a share of 0.1 is expected."""
 RELATIVE_ROUNDING = 1e-11
-"""What rounding, and the location of events, may leave of the error of any number, as a share of it."""
+"""Relative error that rounding, and the location of events, may leave in any number."""
 ANGLE_ROUNDING = 1e-10
-"""The same of a fold angle, rad."""
+"""The same for a fold angle, as an absolute error, rad."""
 
 
 def comparison_times(steps: Reals, until: float) -> Reals:
@@ -108,7 +108,7 @@ class ErrorEstimates:
 def error_estimate(values: Sequence[float], factor: float = SMOOTH_FACTOR, resolution: float = 0.0) -> float:
     """Estimate the error of the first of several values of one number, the others at tighter tolerances.
 
-    factor : of the greatest distance. resolution : of the values, by which all may be off, and differ.
+    factor : multiplies the greatest distance. resolution : of the values, by which each may be off.
     """
     first, *others = values
     distance = max(0.0, max(abs(first - other) for other in others) - resolution)
@@ -137,9 +137,8 @@ def estimate_errors(
 ) -> ErrorEstimates | None:
     """Estimate the errors of a deployment, the first one, from others at tighter tolerances, the tightest last.
 
-    tolerance : of the first. clearances : of all, if they are wanted. figures : whether those of the latch rate and the
-    torque are. None where there are no others, one has no states
-    to compare, or the first diverges.
+    tolerance : of the first. clearances : of all, if their errors are wanted. figures : whether the errors of the latch
+    rate and the torque are wanted. None where there are no others, one has no states to compare, or the first diverges.
     """
     first, others = deployments[0], deployments[1:]
     states = all(len(one.motion.times) > 1 and np.isfinite(one.motion.q).all() for one in deployments)
@@ -189,7 +188,7 @@ def _bar(values: Sequence[float | None], factor: float, resolution: float = 0.0)
 def greatest_torque(deployment: Deployment, until: float) -> float | None:
     """Return the greatest torque of the spring and the damper of a hinge at the states until a time (s), N m.
 
-    None without hinges. At the start it is that of the wound springs; dampers add to it where hinges are fast.
+    None without hinges. At the start it is the torque of the wound springs; dampers add to it where hinges are fast.
     """
     compiled, here = deployment.compiled, deployment.motion.times <= until
     angles, rates = deployment.angles[here], deployment.rates[here]
@@ -200,7 +199,7 @@ def greatest_torque(deployment: Deployment, until: float) -> float | None:
 def greatest_latch_rate(deployment: Deployment, until: float) -> float | None:
     """Return the greatest speed at which hinges arrive at their flat stops before a time (s), rad/s; None without any.
 
-    Bounces are no arrivals. Without inertia stops take no speed, so that there is none, too.
+    Bounces are no arrivals. Without inertia stops take no speed, so that it is None, too.
     """
     if deployment.compiled.system.overdamped:
         return None

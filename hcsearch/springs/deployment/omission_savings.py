@@ -24,22 +24,22 @@ TIGHT_TOLERANCES = (1e-10, 1e-11)
 MAX_TIGHT_STEPS = 20_000
 """Greatest number of steps of these simulations."""
 SAVING_REPEATS, QUICK_REPEATS, QUICK_SECONDS = 5, 15, 0.05
-"""Number of runs with and without an omission, in turn, of which medians are taken; more where a run takes less than
-this time (s)."""
+"""Number of runs with and without an omission, in turn, whose medians are taken; more where a run takes less than this
+time (s)."""
 EVERYTHING = "all"
 """Name of the row in which all omissions are put back together."""
 
 
 @dataclass(frozen=True)
 class OmissionSaving:
-    """An omission, what it saves and what it changes; of pairs, first with it put back, then without.
+    """An omission, what it saves and what it changes; pairs are first with it put back, then without.
 
     joints, closure_equations, evaluations : of the simulations. milliseconds : processor time of simulation and
     certificate, medians. noise : sum of the median deviations from both medians, ms. outcomes, verdicts : of the
     deployments.
     difference : greatest distance of a fold angle between both, at the tightest of `TIGHT_TOLERANCES`, rad.
-    bound : the sum of the estimated errors of both there, rad, and 0 but for them, as all omissions are exact. Both are
-    None where these simulations do not end in `MAX_TIGHT_STEPS` steps.
+    bound : the sum of the estimated errors of both there, rad; all omissions are exact, so nothing else may differ.
+    Both are None where these simulations do not end in `MAX_TIGHT_STEPS` steps.
     """
 
     omission: Omission
@@ -156,7 +156,7 @@ def _difference(
 
 
 def saving_facts(saving: OmissionSaving) -> dict[str, Any]:
-    """Return a saving as plain data; of pairs, first with the omission put back, then without."""
+    """Return a saving as plain data; pairs are first with the omission put back, then without."""
     return {
         "name": saving.omission.name,
         "joints": list(saving.joints),
@@ -191,11 +191,11 @@ measured on foldings of hexagons, squares and triangles (docs/explanation/accura
 BASE_FREEDOMS = 6
 """Joints of a base that is put back, and equations that lock it."""
 LOOP_EQUATIONS = 6
-"""Closure equations of a loop with nothing left out, or of an open chain of which a panel is put back in halves."""
+"""Closure equations of a loop with nothing left out, or of an open chain with a panel put back in halves."""
 
 
 def saved_share(compiled: CompiledScene, evaluations: int, looks: int) -> float:
-    """Return the share of the work that a simulation would have with nothing left out, and does not have, 0 to 1.
+    """Return the share of the work that omissions save, 0 to 1, of the work with nothing left out.
 
     evaluations : of the accelerations; looks : pairs of panels that were compared. Both are taken to be as many per
     term with nothing left out. Processor time is saved in about this share; `hcsearch accuracy` measures it.

@@ -163,12 +163,12 @@ METHODS: dict[Formulation, tuple[Integrator, Integrator]] = {
     "penalty": ("dormand-prince", "dormand-prince"),
     "quasistatic": ("dormand-prince", "implicit"),
 }
-"""Default integrators of each formulation, of motions that are not stiff and of those that are. No method treats the
+"""Default integrators of each formulation, for motions that are not stiff and for stiff ones. No method treats the
 springs of cut hinges implicitly."""
 
 
 def methods_of(formulation: Formulation, method: str | None = None) -> tuple[str, str]:
-    """Return the integrators of motions that are not stiff and of those that are: the default ones, or `method`."""
+    """Return the integrators for motions that are not stiff and for stiff ones: the default ones, or `method`."""
     return METHODS[formulation] if method is None else (method, method)
 
 
@@ -182,10 +182,10 @@ class DeploymentCheck:
     clear : whether the motion is certified clear until its end; None where undecided or not checked.
     collision : time (s) and panels of the first collision, or None. gap : smallest gap of a deployment that becomes
         flat and clear, m (see `Clearance`). speed : approach speed of panels where it is not clear, m/s, else 0.
-        remaining : mean fold angle over pi then, or at the end if it is clear; end_remaining : at the end. widest :
-        greatest fold angle at the end, rad. drift : greatest error of the energy balance, as a share of the largest
-        energy.
-    stiff_time : s, from which on steps are those of the method for stiff motions; infinite where none is.
+        remaining : mean fold angle over pi at the collision, or at the end if it is clear; end_remaining : the same at
+        the end. widest : greatest fold angle at the end, rad. drift : greatest error of the energy balance, as a share
+        of the largest energy.
+    stiff_time : time (s) from which on the method for stiff motions makes the steps; infinite if it never does.
     opening : greatest closure residual, rad or gap over the pattern's size. loose_share : share of the states at which
         loops are open though states are projected (see `docs/explanation/dynamics.md`, singular branches); not stored
         in databases.

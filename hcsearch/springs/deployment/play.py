@@ -45,8 +45,8 @@ def course_of_deployment(compiled: CompiledScene, motion: Motion) -> DeploymentC
 class Play:
     """The play of a motion that is certified clear at the margin of its scene.
 
-    needed_margin : m, the least at which it is certified clear, of the multiples of `MIN_PANEL_MARGIN` in proportion
-        to the panels, and of the scene's own.
+    needed_margin : m, the least margin at which it is certified clear, among the scene's own and the multiples of
+        `MIN_PANEL_MARGIN` in proportion to the panels.
     least_gap : m, of the panels as built at any time, negative where they overlap; gaps and overlaps below
         `TOUCHING_DISTANCE` in proportion to the panels are 0. None where no two panels are compared.
     """
@@ -61,13 +61,13 @@ class Play:
 
 @work_step("computing the play")
 def play_of_deployment(compiled: CompiledScene, motion: Motion, least_margin: float = 0.0) -> Play:
-    """Compute the play of a motion that is certified clear; least_margin : as of `needed_margin_of`."""
+    """Compute the play of a motion that is certified clear; least_margin : as in `needed_margin_of`."""
     path = course_of_deployment(compiled, motion)
     return Play(_needed(compiled, path, least_margin), _least_gap(compiled, path))
 
 
 def least_gap_of(compiled: CompiledScene, motion: Motion) -> float | None:
-    """Compute the least gap of the panels as built, m, as of `Play`."""
+    """Compute the least gap of the panels as built, m, as in `Play`."""
     return _least_gap(compiled, course_of_deployment(compiled, motion))
 
 

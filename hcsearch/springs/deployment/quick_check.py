@@ -65,7 +65,7 @@ class CheckOptions(TypedDict, total=False):
     """Options of a check.
 
     past_collisions : whether a motion that collides is followed to its end, too; not needed to find clear ones.
-    max_steps : unless given those of `deploy`.
+    max_steps : the number of `deploy` unless given.
     """
 
     tolerance: float

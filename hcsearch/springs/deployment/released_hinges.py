@@ -1,10 +1,10 @@
 """Deployments in stages: hold-downs release hinges at given times or after others, and laws act from a time on.
 
-A hinge that is held down cannot open beyond its angle at the start: it has a stop there, which its hold-down is. Its
-spring is stressed all the time and does no work before the release. A law that acts from a time on has no energy
-before; what it has then, and what it gets as it rises, is a negative loss. Each stage is simulated alone and ends
-exactly at the next release, or where a law begins or ends to rise, whatever the method, so that no step spans one.
-Other scenes are one stage.
+A hinge that is held down cannot open beyond its angle at the start: its hold-down is a stop there. Its spring is
+stressed all the time and does no work before the release. A law that acts from a time on has no energy before; what it
+has then, and what it gets as it rises, is a negative loss. Each stage is simulated alone and ends exactly at the next
+release, or where a law begins or ends to rise, whatever the method, so that no step spans one. Other scenes are one
+stage.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def simulate_releases(
 ) -> Motion:
     """Simulate a compiled scene with its hold-downs until the array is flat, at rest, or the scene's time is over.
 
-    methods : as of `Motion`. longest_step : s.
+    methods : as in `Motion`. longest_step : s.
     """
     run = _Run(compiled, methods, tolerance, max_steps, longest_step)
     if not (compiled.setup.hold_downs or compiled.setup.law_times):
@@ -102,7 +102,7 @@ class _Run:
             waiting -= released
 
     def stage(self, q: Reals, v: Reals | None, end: float, waiting: Sequence[HoldDown]) -> _Stage:
-        """Simulate one stage from a state; end : of the stage at most, s. waiting : hinges that are held down."""
+        """Simulate one stage from a state; end : latest end of the stage, s. waiting : hinges that are held down."""
         compiled = self.compiled
         system = _system_of_stage(compiled, waiting, self.now, end)
         options: SimulationOptions = {
@@ -194,7 +194,7 @@ def _stilled(motion: Motion, seconds: float) -> Motion:
 
 
 def _with_balance(joined: Motion, motions: Sequence[Motion]) -> Motion:
-    """Add to the energy lost what compliant stops of hold-downs had taken up, and subtract that of laws that begin."""
+    """Add to the energy lost what compliant stops of hold-downs had taken up, less the energy of laws that begin."""
     lost, state = joined.lost.copy(), 0
     for before, after in pairwise(motions):
         state += len(before.times)

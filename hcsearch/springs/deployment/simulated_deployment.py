@@ -46,7 +46,7 @@ from hcsearch.system.work_steps import work_step
 DRIVEN_STEP_TOLERANCE = 1e-5
 """Error tolerance of a step under control, relative and absolute."""
 MIN_BALANCE_ENERGY = 1e-300
-"""Lower bound of the energy (J) of which the error of the balance is a share."""
+"""Least energy (J) by which the error of the balance is divided."""
 STEEP_BASE_ANGLE = 1.4
 """Turn of a floating base about its second axis (rad) beyond which it is near the singularity of its angles."""
 
@@ -55,8 +55,8 @@ STEEP_BASE_ANGLE = 1.4
 class Deployment(ByValue):
     """One deployment, with its states.
 
-    outcome : as of `DeploymentCheck`. reason : of the outcome, in a sentence, with a remedy where one may lead to
-    another verdict.
+    outcome : as in `DeploymentCheck`. reason : a sentence on the outcome, with a remedy where one may lead to another
+    verdict.
     angles, rates : (k, n_hinges), fold angles (rad) and their rates at `motion.times`.
     clearance : whether panels collide, certified for all times of the motion; None if not checked.
     seconds : computing time, without compilation of the kernels; equal deployments may differ in it.

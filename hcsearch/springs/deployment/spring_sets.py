@@ -69,7 +69,7 @@ def springs_of(folding: Folding, panel: PanelSize, compiled: CompiledScene, name
     """Return the stiffnesses (N m/rad) of the joints of a folding in a spring set, shape (n_joints,).
 
     Graded sets are geometric from the stiffest spring of the scene's range to a fortieth of it, or to the softest;
-    those of `SPREAD_SPRING_SETS` are spread over the whole range.
+    the sets `SPREAD_SPRING_SETS` are spread over the whole range.
     """
     softest, stiffest = compiled.setup.spring_range
     if name in SPREAD_SPRING_SETS:

@@ -21,8 +21,8 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.shape.linkage import Linkage
 
 CHOICE_STATE_COUNT, MAX_CHOICE_REPEATS = 60, 8
-"""States along a path at which sets are evaluated in the search, and greatest number of searches, each with the states
-added at which the chosen set is worst."""
+"""Number of states along a path at which the search evaluates sets, and greatest number of searches; each adds the
+states at which the chosen set is worst."""
 MAX_ENUMERATED_HINGE_SETS = 3000
 """Greatest number of sets that are enumerated; more are searched by exchanges of hinges from a pivoted QR."""
 MAX_EXCHANGE_SWEEPS = 12

@@ -191,7 +191,7 @@ def _greatest(torques: np.ndarray) -> list[float]:
 
 
 ENVELOPE_PART_COUNT = 60
-"""Number of time intervals, for each of which mean, least and greatest simulated torque are drawn."""
+"""Number of time intervals; the mean, least and greatest simulated torque in each are drawn."""
 LINE_SIMPLIFICATION_PIXELS = 0.5
 """Greatest deviation of a simplified line, in pixels."""
 
@@ -208,7 +208,7 @@ def _draw_simulated(axes: Axes, drive: Drive, colours: Sequence[str]) -> None:
 
 
 def envelope(times: Reals, values: Reals, parts: int = ENVELOPE_PART_COUNT) -> tuple[Reals, Reals, Reals, Reals]:
-    """Return centres, mean, least and greatest of values, (k, n), in those of equal time intervals that hold states.
+    """Return centres of equal time intervals that hold states, and mean, least and greatest of values, (k, n), in each.
 
     The mean is over time, by the trapezoidal rule.
     """

@@ -129,10 +129,11 @@ TORQUE_TIME_COUNT, JUDGED_PLACE_COUNT = 1000, 600
 class DriveOptions:
     """Options of a drive.
 
-    rate, acceleration : greatest of a hinge, rad/s, rad/s^2. near : distances (rad) from the packed and the flat
-    state at which the driven motion begins and ends. hinges : the driven hinges, by their names; chosen where empty.
-    firm : hinges are added until the least singular value of the reduced Jacobian reaches this; 0 for as many
-    hinges as there are freedoms. period : of the controller, s.
+    rate, acceleration : greatest rate (rad/s) and acceleration (rad/s^2) of a hinge. near : distances (rad) from the
+    packed and the flat state at which the driven motion begins and ends. hinges : the driven hinges, by name; chosen
+    where empty. firm : hinges are added until the least singular value of the reduced Jacobian reaches this; 0 for as
+    many
+    hinges as there are freedoms. period : the sampling period of the controller, s.
     """
 
     rate: float = MAX_HINGE_RATE

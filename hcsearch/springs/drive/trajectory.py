@@ -51,7 +51,7 @@ class SmoothPath:
 
     length : rad. end_angles : (2,), greatest distance of a hinge (rad) from the packed state at the start, and from the
     flat state at the end. opening : greatest closure residual midway between interpolated states. width : of the
-    window, rad. stop_overshoot : rad, by which hinges would pass their stops.
+    window, rad. stop_overshoot : how far hinges would pass their stops, rad.
     """
 
     spline: Any
@@ -148,7 +148,7 @@ TIMING_SAMPLE_COUNT = 2000
 PACE_WINDOW_SHARE = 0.02
 """Standard deviation of the window that smooths the pace, as a share of the path's length."""
 RAMP_TIME_SHARE = 0.25
-"""Share of the time in which the motion accelerates, and of that in which it decelerates."""
+"""Share of the time for which the motion accelerates; it decelerates for the same share."""
 
 
 @dataclass(frozen=True)

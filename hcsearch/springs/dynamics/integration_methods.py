@@ -42,7 +42,7 @@ _IMPLICIT_THIRD_ORDER = (
     61727 / 225920,
 )
 _PREDICTING_STAGES = 4
-"""Most of the stages before an implicit one through whose derivatives a polynomial gives its first guess."""
+"""Greatest number of earlier stages whose derivatives are extrapolated to the first guess of an implicit stage."""
 
 _DORMAND_PRINCE = (
     (1 / 5,),

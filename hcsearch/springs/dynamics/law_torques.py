@@ -54,8 +54,9 @@ def _is_bent(law: Law, angles: Reals) -> np.ndarray[tuple[int], np.dtype[np.bool
 def holding_friction(system: System, q: Reals) -> Reals:
     """Return the torques of friction in joints at rest at a closed state, (n_joints,), N m.
 
-    The torques that slide, or that hold where joints stick; of redundant joints, those that a slight compliance in
-    proportion to their mobility would give. What stops bear is left out. All 0 for a system without friction.
+    Joints that slide have their greatest torque, and joints that stick the one that holds them; redundant joints have
+    what a slight compliance in proportion to their mobility would give. Torques of stops are left out. All 0 for a
+    system without friction.
     """
     mechanism, n = system.mechanism, system.n_joints
     friction = mechanism.hinges.friction

@@ -42,7 +42,7 @@ class Mirror(ByValue):
 
     @property
     def frame(self) -> Reals:
-        """The normal, and two directions in the plane, of which the second is up; unit vectors, (3, 3)."""
+        """The normal and two directions in the plane, the second one up; unit vectors, (3, 3)."""
         upright = np.array([0.0, 0.0, 1.0])
         return np.array([self.normal, np.cross(upright, self.normal), upright])
 

@@ -59,8 +59,9 @@ class JointDrive:
 class CutHinge(ByValue):
     """A hinge that is cut open and held together by stiff springs at both ends of its line (thesis 4.2.2).
 
-    first, second : bodies, the first may be the ground. ends : both ends of the line, m; axis : about which the second
-        turns by the fold angle relative to the first; in the reference state. drive : its law, damping and stops.
+    first, second : bodies, the first may be the ground. ends : both ends of the line, m; axis : direction about which
+        the second turns by the fold angle relative to the first; in the reference state. drive : its law, damping and
+        stops.
     """
 
     first: int

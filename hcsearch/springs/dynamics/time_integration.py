@@ -183,7 +183,8 @@ def simulate_system(
 ) -> Motion:
     """Simulate a system from a closed state, with velocities 0 unless given, up to a time (s).
 
-    stiff_method : that takes over where explicit steps are limited by their stability; `method` unless given.
+    stiff_method : the method that takes over where explicit steps are limited by their stability; `method` unless
+    given.
     """
     n = system.n_joints
     record = record_for(n, max_steps)
@@ -263,9 +264,9 @@ def joined_motion(motions: Sequence[Motion], starts: Sequence[float]) -> Motion:
 def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
     """Insert states where loops open by more than `INTERPOLATED_STATE_RESIDUAL`; return states and residuals.
 
-    States are times (k,), coordinates, velocities and accelerations (k, n_joints); residuals are of each step (k - 1,),
-    as of `step_openings`; where springs close the loops, the greatest of `OPENING_BATCH_STEPS` steps. Nothing is
-    inserted there, or where hinges are cut.
+    States are times (k,), coordinates, velocities and accelerations (k, n_joints); residuals of steps, (k - 1,), are as
+    in `step_openings`; where springs close the loops, the greatest of `OPENING_BATCH_STEPS` steps. Nothing is inserted
+    there, or where hinges are cut.
     """
     tree = system.mechanism.tree
     states, work = closed_states(system, motion), work_for(tree)
@@ -279,7 +280,7 @@ def closed_between(system: System, motion: Motion) -> tuple[StateSeries, Reals]:
 
 
 def greatest_opening(system: System, states: StateSeries, cubic: bool) -> float:
-    """Return the greatest closure residual at and between states, rad, or gap over size; cubic : as of `Motion`."""
+    """Return the greatest closure residual at and between states, rad, or gap over size; cubic : as in `Motion`."""
     tree = system.mechanism.tree
     return float(largest_opening(tree, states, cubic, work_for(tree)))
 
@@ -333,7 +334,7 @@ def record_for(n: int, steps: int) -> recording.SimulationRecord:
 
 
 def motion_of_record(record: recording.SimulationRecord, system: System, methods: tuple[str, str]) -> Motion:
-    """Convert a record of the kernel to a motion; methods : integrators of steps that are not stiff, and that are."""
+    """Convert a record of the kernel to a motion; methods : integrators of steps that are not stiff, and of stiff ones."""
     states, events, evaluations, rejected, ending, _ = (int(x) for x in record.counts)
     columns = (record.event_times, record.event_joints, record.event_kinds, record.event_speeds)
     happened = zip(*(column[:events].tolist() for column in columns), strict=True)

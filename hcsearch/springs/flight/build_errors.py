@@ -22,7 +22,7 @@ DEPENDENT_ROW_SHARE = 1e-10
 
 @dataclass(frozen=True)
 class BuildTolerances:
-    """What each error of a built array is at most, plus or minus.
+    """The greatest value of each error of a built array, plus or minus.
 
     stops : rad for each hinge, of the angle of its stop in the flat state. play : rad for each hinge, by which it turns
     about that angle without resistance. offset : m, of each end of a hinge axis, on each of its two panels, across the
@@ -161,7 +161,7 @@ def error_map(linkage: Linkage, tolerances: BuildTolerances, root: int) -> Error
 
 
 def _sizes(linkage: Linkage, tolerances: BuildTolerances) -> tuple[Reals, Reals]:
-    """Return the greatest of each error, and its standard deviation.
+    """Return the greatest value of each error, and its standard deviation.
 
     A shift of an axis is the difference of two, so that it is at most twice as great, and its variance twice theirs.
     """

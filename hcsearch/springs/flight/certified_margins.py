@@ -54,10 +54,10 @@ class CertifiedMargin:
     """Lower bounds of the torque margins on a motion.
 
     bound : at all closed states beside the path, but for the gaps; 0 where gaps are too large. failed : the same with
-    any one spring failed. gaps : starts and ends, in the time of the path, of parts without a bound; all of it where
-    they are too large. certified : the share of the turn of all hinges without gaps, at most. least, least_failed : the
-    least margins at the states that were tried, at the times weakest and weakest_failed; hinges beyond a stop count as
-    at it. intervals : number that were tried.
+    any one spring failed. gaps : starts and ends, in the time of the path, of parts without a bound; the whole motion
+    where they are too large. certified : the share of the turn of all hinges without gaps, at most. least, least_failed
+    : the least margins at the states that were tried, at the times weakest and weakest_failed; hinges beyond a stop
+    count as at it. intervals : number that were tried.
     """
 
     bound: float
@@ -80,7 +80,7 @@ class CertifiedMargin:
 class _Least:
     """The least margins at the states tried so far, with all springs and with one failed, and their times.
 
-    enough : of `certified_margin`.
+    enough : as in `certified_margin`.
     """
 
     enough: tuple[float, float]
@@ -117,7 +117,7 @@ class _Intervals(ByValue):
 def wander_of(linkage: Linkage, slack: float) -> float:
     """Return the greatest deviation of closed states from the motion of a proof, summed over hinges (rad).
 
-    slack : m, of `PathProof`.
+    slack : m, as in `PathProof`.
     """
     return math.log1p(slack / longest_way(linkage))
 
@@ -154,10 +154,10 @@ def certified_margin(
 ) -> CertifiedMargin:
     """Bound the torque margins at all closed states beside a motion from below.
 
-    course : a proved motion, or a simulated one with its loops closed. wander : rad, of `wander_of`. torques_at :
-    torques (k, n_hinges) of fold angles (k, n_hinges); slopes : of `steepest_slopes`, in the scale of the torques.
-    friction : (n_hinges,), N m. enough : bounds with all springs and with one failed, above which none is improved, as
-    margins known elsewhere are no more.
+    course : a proved motion, or a simulated one with its loops closed. wander : rad, from `wander_of`. torques_at :
+    torques (k, n_hinges) of fold angles (k, n_hinges); slopes : from `steepest_slopes`, in the scale of the torques.
+    friction : (n_hinges,), N m. enough : values, with all springs and with one failed, above which no bound is
+    improved, as margins known elsewhere are no greater.
     """
     bounding = _Bounding(linkage, course, wander, torques_at, slopes, friction)
     count = len(course.times) - 1
@@ -258,8 +258,8 @@ class _Bounding:
 class _Boxes(ByValue):
     """Boxes of fold angles around k states, in which closed states are compared.
 
-    senses : what stops allow at the middle, and allowed, in all of the box. torques, changes : at the middle, and by
-    how much they differ from these at most. usable : (k,), where no hinge is near both stops.
+    senses, allowed : what stops allow at the middle, and in all of the box. torques, changes : torques at the middle,
+    and by how much others in the box differ from them at most. usable : (k,), where no hinge is near both stops.
     """
 
     of_path: _Bounding
@@ -294,7 +294,7 @@ class _Boxes(ByValue):
         return found.bounds, rates
 
     def bounds(self, boxes: WholeNumbers, rates: Reals) -> tuple[Reals, Reals]:
-        """Return what rates bound in some boxes, (k,), and with each spring failed, (k, n_hinges)."""
+        """Return the bounds that rates give in some boxes, (k,), and with each spring failed, (k, n_hinges)."""
         friction, torques, turned = self.of_path.friction, self.torques[boxes], self.changes[boxes]
         changes, off = self.near.changes(boxes, rates)
         usable = self.usable[boxes] & np.isfinite(off)
@@ -313,7 +313,7 @@ class _Boxes(ByValue):
 
 
 def _boxes_of(polynomials: Reals, intervals: _Intervals, wander: float) -> StateBoxes:
-    """Return boxes of the states in intervals and of those that differ from them by a wander, about their middles."""
+    """Return boxes, about their middles, of the states in intervals and of the states within a wander of them."""
     m = 0.5 * (intervals.starts + intervals.ends)[:, None]
     h = 0.5 * (intervals.ends - intervals.starts)[:, None]
     about = polynomials[intervals.steps]

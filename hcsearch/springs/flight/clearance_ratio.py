@@ -27,9 +27,8 @@ from hcsearch.springs.flight.build_errors import BuildTolerances
 class ClearanceRatio:
     """The least gap of a motion over the stack of tolerances, and the group of pairs where it is least.
 
-    ratio : never above the true one. gap : m, certified at all times, of the pairs that are compared and have as many
-    hinges in a row between them as `hinges`; 0 where panels may touch. stack : m, how much nearer such a pair may come
-    as built.
+    ratio : never above the true one. gap : m, certified at all times, of the compared pairs with `hinges` hinges in a
+    row between them; 0 where panels may touch. stack : m, how much nearer such a pair may come as built.
     """
 
     ratio: float

@@ -8,8 +8,8 @@ With closure Jacobian A in the flat state and a basis B of its kernel, modes are
     B' (K + G) B x = w^2 B' M B x,
 
 with latches K, the mass matrix M, and the geometric stiffness G of moments in hinges, if there are any. In the flat
-state more rates close the loops at first order than true motions have, so each eigenvalue is a lower bound of that of
-the rigid model. Proofs: docs/explanation/flight_modes.md, 1 to 4.
+state more rates close the loops at first order than true motions have, so each eigenvalue is a lower bound of the rigid
+model's. Proofs: docs/explanation/flight_modes.md, 1 to 4.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ BALANCE_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class FloatingBase:
-    """What floats with the root panel, at its centre of mass: kg, and moments about the axes of the flat state, kg m^2.
+    """A body on the root panel, at its centre of mass: mass (kg), moments about the axes of the flat state (kg m^2).
 
     Without anything, the array floats by itself.
     """
@@ -67,9 +67,9 @@ class PanelRates(ByValue):
         return matrix
 
     def root_momenta(self, rates: Reals) -> Reals:
-        """Return what the root gives or takes at rates (n_hinges,): momentum (N s), moment about its centre (N m s).
+        """Return the momentum (N s) of all other panels at rates (n_hinges,), and its moment about the root's centre.
 
-        Shape (6,), the moment first. These are of all other panels together.
+        Shape (6,), the moment (N m s) first. The root gives or takes them.
         """
         momenta = self.inertias @ (self.maps @ rates)[:, :, None]
         angular, linear = momenta[:, :3, 0], momenta[:, 3:, 0]

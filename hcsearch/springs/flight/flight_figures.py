@@ -44,7 +44,7 @@ from hcsearch.system.work_steps import work_step
 def figures_of(travel: Travel, margins: MarginFigures | None = None) -> FlightNumbers:
     """Return the figures of a folding in a scene; figures of its motion only where there is one.
 
-    margins : of `least_margins`, where they are known.
+    margins : from `least_margins`, where they are known.
     """
     standard = travel.standard  # so that congruent foldings have equal figures
     figures = _stowage(travel) | _shape(standard) | _modes(standard)

@@ -60,7 +60,7 @@ class SheetRow:
 
     @property
     def verdict(self) -> SheetVerdict:
-        """Whether the rule passes; not known without a figure, and where only what is sampled passes."""
+        """Whether the rule passes; not known without a figure, or where only a sampled figure passes."""
         if self.figure is None:
             return "not known"
         if self._passes(self.figure):
@@ -96,8 +96,8 @@ class Demand(NamedTuple):
 class Sensitivity:
     """How a figure changes with one value of the scene.
 
-    value : its name. figure : that changes, in a unit. low, high : the figure where the value is smaller and greater by
-    `SENSITIVITY_CHANGE`. spread : the change between both over the figure itself.
+    value : its name. figure : the figure that changes, with its unit. low, high : the figure where the value is smaller
+    and greater by `SENSITIVITY_CHANGE`. spread : the change between both over the figure itself.
     """
 
     value: str

@@ -56,8 +56,8 @@ class ArrivalLoads(ByValue):
     """Loads of hinges that arrive together in a simulation.
 
     time : s. hinges : those that arrive. speeds : of each, rad/s. energy : J, kinetic, that these stops can take.
-    impulses : at each of these hinges, N m s. torques : (n_hinges,), at most, of the latches of these, N m; NaN for
-    others. base_impulse, base_moment : as in `LatchBounds`.
+    impulses : at each of these hinges, N m s. torques : (n_hinges,), upper bounds for their latches, N m; NaN for other
+    hinges. base_impulse, base_moment : as in `LatchBounds`.
     """
 
     time: float
@@ -209,8 +209,8 @@ def _resting(deployment: Deployment, state: int) -> Flags:
 class _Stopping(ByValue):
     """A state of a deployment at which hinges are stopped.
 
-    motions : of panels. basis : (n_hinges, m), of the closed rates at which resting hinges stay. inertia : (m, m), on
-    it. closed : (m,), the rates of the state in it.
+    motions : of panels. basis : (n_hinges, m), of the closed rates at which resting hinges stay. inertia : (m, m), in
+    this basis. closed : (m,), the rates of the state in this basis.
     """
 
     deployment: Deployment

@@ -3,7 +3,7 @@
 Along a proved path a figure is a lower bound at all closed states beside it, and along a simulated deployment at those
 beside its course between the steps. Gaps have no bound: at singular states, all along a motion of loops that close for
 more than their number of equations tells, and where so many hinges are at stops that the others do not close the loops.
-There margins of states are taken.
+In gaps the margins of single states are taken.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from hcsearch.springs.flight.travel import Travel, states_at
 GAP_STATES, NEAREST_GAP_SHARE = 12, 0.01
 """Number of states that are tried in gaps at both ends of a motion, in geometric progression, and the nearest one."""
 COURSE_STATES, CLOSER_ROUNDS, CLOSER_STATES = 1000, 3, 16
-"""Number of states at equal times, tried where they lie in gaps; rounds in which some more states are tried beside the
-least one of a motion without bounds, and how many."""
+"""Number of states at equal times, tried where they lie in gaps; then, for a motion without bounds, number of rounds,
+and of states in each that are tried beside the least one."""
 FigureKind = Literal["proved", "sampled", "simulated"]
 """How a figure is known: for all states beside a proved path; at some states of a path; or along a simulated motion."""
 
@@ -45,9 +45,9 @@ class MarginFigure:
 
     value : never above the margin at a closed state beside the motion, but for gaps; None where it is not known,
     infinite where nothing resists. least : the least one that was computed at a state, no less than the least of all.
-    hinge : of this state the hinge that limits the margin, or whose spring failed; -1 without one. at : its place in
-    the travel, 0 packed, 1 flat; time : of the course, where it is between the states of the travel. unbounded : share
-    of the turn of all hinges without a bound.
+    hinge : the hinge that limits the margin at this state, or whose spring failed; -1 without one. at : place of the
+    state in the travel, 0 packed, 1 flat; time : its time on the course, if it is between the states of the travel.
+    unbounded : share of the turn of all hinges without a bound.
     """
 
     value: float | None
@@ -131,7 +131,7 @@ class _Tried(NamedTuple):
     hinges: WholeNumbers
 
     def with_more(self, more: _Tried) -> _Tried:
-        """Return these and more."""
+        """Return these margins and more."""
         return _Tried(*(np.concatenate(both, axis=-1) for both in zip(self, more, strict=True)))
 
     def times_beside_least(self) -> Reals:

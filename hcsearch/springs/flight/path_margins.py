@@ -43,7 +43,7 @@ CLIMBING_SHARES = (1.0, 0.5, 0.2)
 class PathRates(ByValue):
     """The rates that loops and stops allow at the k states of a path, whatever its springs are.
 
-    angles : (k, n_hinges), rad. rates : of first order. senses : (k, n_hinges), of `allowed_senses`. singular : (k,),
+    angles : (k, n_hinges), rad. rates : of first order. senses : (k, n_hinges), from `allowed_senses`. singular : (k,),
     where more rates close the loops to first order than elsewhere on the path. tangents : (k, n_hinges), unit rates at
     which hinges open along the path; 0 where they are not known. ends : by state, the motions of singular ends.
     """
@@ -210,7 +210,8 @@ class EndMotions:
         """Return motions, (k, n_hinges), that may have greater margins than known ones.
 
         They climb from the regular motions nearest to the best rates of the linear program, or to the path: first with
-        all springs, then, as often as `failures`, without the one whose failure leaves the least to those so far.
+        all springs, then, as often as `failures`, without the one whose failure leaves the least margin to the motions
+        so far.
         """
         motions, left = known, torques
         for _ in range(1 + failures):

@@ -84,7 +84,7 @@ def _latch_demands(judged: JudgedTravel) -> Iterator[Demand]:
 
 
 def _stack_demands(travel: Travel) -> Iterator[Demand]:
-    """Yield how thick panels may be in stacks that stand in the envelope, and how many of these may be."""
+    """Yield how thick panels may be in stacks that stand in the envelope, and how many layers stacks may have."""
     envelope = travel.setup.envelope
     if not envelope or not travel.linkage.folds_flat:
         return
@@ -130,7 +130,7 @@ def _springs_instead(judged: JudgedTravel) -> tuple[tuple[str, str], ...]:
 
 
 def _advice(travel: Travel, springs: Sequence[tuple[str, str]]) -> str:
-    """Return a sentence on springs that do not pass; springs : that would."""
+    """Return a sentence on springs that do not pass; springs : others that would."""
     at_flat = law_torques(travel.setup.laws, travel.linkage.flat[None])
     who = "the springs of the scene do not pass" if at_flat.any() else "springs without preload cannot pass"
     return f"{who}; {'these would, along the same motion' if springs else 'no preloads were found that would'}"

@@ -38,8 +38,8 @@ class ShapeErrors:
         offsets of axes and to thickness. With tolerances that are changed in some ratios, the parts changed in the same
         ratios bound the deviation of that corner from above.
     needed_play : rad, root mean square over arrays of the angle by which a hinge must leave its stop for the loops to
-        close, of the hinge that leaves it most. misfit : m, root mean square of what loops stay open by in the nearest
-        state, by which axes must yield: 0 without self-stresses. Turns count as shifts at `ErrorMap.radius`.
+        close, for the hinge that leaves it most. misfit : m, root mean square of the gap of loops in the nearest state,
+        by which axes must yield: 0 without self-stresses. Turns count as shifts at `ErrorMap.radius`.
     """
 
     self_stresses: int | None
@@ -185,7 +185,7 @@ def _scaled(built: ErrorMap, goals: Reals) -> tuple[Reals, Reals, Reals]:
 
 
 def _plane_terms(built: ErrorMap, points: Reals) -> Reals:
-    """Return what the terms of a plane, a height and two slopes times the radius, are at points, (n_points, 3)."""
+    """Return the terms of a plane, a height and two slopes times the radius, at points, (n_points, 3)."""
     return np.column_stack([np.ones(len(points)), (points - built.centre[:2]) / built.radius])
 
 

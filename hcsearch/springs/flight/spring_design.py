@@ -5,7 +5,7 @@ v chosen for each state this is linear in the preloads, so that the least ones f
 of a catalogue from one in whole numbers. Then the best v for the new springs replace the old ones, and so on: the total
 falls from round to round, and every round passes. At singular ends the best v are not always found, so that at last
 springs are chosen anew until they pass by the v that are found for them alone. For preloads each single state gives a
-lower bound of the total, its own least one (docs/explanation/flight_margins.md, 6).
+lower bound of the total: its own least total (docs/explanation/flight_margins.md, 6).
 """
 
 from __future__ import annotations
@@ -125,8 +125,8 @@ class CatalogueDesign(ByValue):
 def least_preloads(rule: SpringRule, torques: Reals, greatest: float, *, bounded: bool = True) -> PreloadDesign:
     """Find least preloads with which the springs of a path satisfy a rule.
 
-    torques : of the springs without preloads, (k, n_hinges), N m. greatest : of a preload, N m. bounded : whether the
-    lower bound is computed, which takes longest; else it is 0.
+    torques : of the springs without preloads, (k, n_hinges), N m. greatest : the greatest preload, N m. bounded :
+    whether the lower bound is computed, which takes longest; else it is 0.
     The preloads pass, and are the least for the rates of the last round; `lower_bound` says how near they are to the
     least of all.
     HcsearchError where no preloads up to the greatest were found to pass.
@@ -172,10 +172,10 @@ def choose_springs(rule: SpringRule, torques: Reals, catalogue: Reals, costs: Re
 
 
 class _Program:
-    """Amounts x of fields of torques, of least cost, with which the torques satisfy a rule.
+    """A program for the least costly amounts x of fields of torques with which the torques satisfy a rule.
 
-    torques : (k, n_hinges), of x = 0. fields : (n, k, n_hinges). costs : (n,). greatest : of an amount. chosen_once :
-    rows with row . x = 1 for whole x; amounts are not whole without them.
+    torques : (k, n_hinges), of x = 0. fields : (n, k, n_hinges). costs : (n,). greatest : the greatest amount.
+    chosen_once : rows with row . x = 1 for whole x; amounts are not whole without them.
     """
 
     def __init__(

@@ -144,7 +144,7 @@ def torque_margins(rates: ClosedRates, torques: Reals, friction: Reals, senses: 
     """Compute the torque margins of k states.
 
     torques : (k, n_hinges), N m, positive where they open. friction : (n_hinges,), N m, not negative.
-    senses : (k, n_hinges), of `allowed_senses`. HcsearchError for numbers of hinges that differ, for torques and
+    senses : (k, n_hinges), from `allowed_senses`. HcsearchError for numbers of hinges that differ, for torques and
     friction that are not finite, and for negative friction.
     """
     count, _, n = rates.jacobians.shape
@@ -167,8 +167,8 @@ def torque_margins_failed(
     """Compute the least torque margins of k states with the spring of one hinge failed.
 
     A failed spring has no torque, and its hinge keeps its friction. Hinges without a torque are passed over: 0 and -1
-    where there is no other. whole : the margins with all springs, whose rates bound those without one from below, so
-    that most programs are left out. Others as in `torque_margins`.
+    where there is no other. whole : the margins with all springs, whose rates bound the margins without one from below,
+    so that most programs are left out. Others as in `torque_margins`.
     """
     count = len(torques)
     powers = torques * whole.rates

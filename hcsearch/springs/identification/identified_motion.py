@@ -212,7 +212,7 @@ def identify_films(
 def _all_fits(
     linkage: Linkage, setup: Setup, films: Sequence[Film], terms: tuple[MotionTerm, ...]
 ) -> dict[tuple[MotionTerm, ...], FittedFilms]:
-    """Fit models from the scene as it is to that with all terms, and those with one term less, by their terms."""
+    """Fit models, from the scene as it is to the one with all terms, and the models with one term less than all."""
     fits: dict[tuple[MotionTerm, ...], FittedFilms] = {}
 
     def fit(wanted: tuple[MotionTerm, ...], start: tuple[MotionTerm, ...] | None) -> float:

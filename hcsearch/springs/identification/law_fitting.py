@@ -21,7 +21,7 @@ MAX_CURVE_COEFFICIENTS = 8
 """Coefficients of the curve with which laws are compared: a cubic spline of five pieces."""
 LAW_TABLE_POINTS = 9
 LAW_REFUSAL_CONFIDENCE = 0.99
-"""Probability that a curve fits better than a law from which on the law is rejected."""
+"""A law is rejected where a curve fits better with at least this probability."""
 LAW_MISFIT_SHARE = 0.005
 """Systematic error of a law that measurements of springs cannot show: share of the greatest moment, rms."""
 UNLOADING_ANGLE_SHARE = 0.05

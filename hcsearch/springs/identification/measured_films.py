@@ -139,9 +139,9 @@ class FilmedCourse(ByValue):
     def at(self, times: Reals) -> Reals:
         """Return the fold angles (rad) at times (s) since the release, shape (len(times), n_hinges).
 
-        Before the release they are those of the start. After the end of the simulation they are those of the end; where
-        that is the flat state (0.01 rad), each angle that closes decays exponentially, from its last rate on, as it
-        does where dampers slow it down.
+        Before the release the angles are those at the start, after the end of the simulation those at the end; where
+        that is the flat state (0.01 rad), each angle that closes decays exponentially from its last rate on, as it does
+        with dampers.
         """
         motion, end = self.motion, float(self.motion.times[-1])
         inside = motion.at(np.clip(times, 0.0, end))

@@ -1,4 +1,4 @@
-"""Whether a model explains films, and how well they tell its parameters.
+"""Whether a model explains films, and how well they determine its parameters.
 
 What it leaves is tested against noise that is estimated without it. Parameters have standard errors and intervals.
 """
@@ -21,7 +21,7 @@ from hcsearch.springs.identification.motion_fitting import FilmProblem, FittedFi
 from hcsearch.springs.identification.motion_parameters import Parameter
 
 FILM_MISFIT_ANGLE = math.radians(0.5)
-"""Systematic error of a model that a film cannot show, rms, rad: that of lenses, marks and panels that bend."""
+"""Systematic error of a model that a film cannot show, rms, rad: it comes from lenses, marks and panels that bend."""
 NOISE_FREEDOM_SHARE = 0.15
 """Degrees of freedom of the noise estimate for each frame: the median uses 0.37 of them, and neighbours overlap."""
 WINDOW_SHARE = 0.05
@@ -107,9 +107,10 @@ def _greatest(series: Sequence[tuple[int, int, Reals, Reals]]) -> tuple[int, int
 
 
 SINGULAR_SHARE = 1e-10
-"""Eigenvalue of the information matrix, scaled to a diagonal of 1, up to which a combination is not identified."""
+"""A combination is not identified if its eigenvalue of the information matrix, scaled to a diagonal of 1, is at most
+this."""
 UNIDENTIFIED_PART = 0.1
-"""Part that a parameter has in such a combination, from which on it is not identified, either."""
+"""A parameter with at least this part in such a combination is not identified, either."""
 MAX_TOLD_ERRORS = {"factor": 1.0, "tilt": 0.3}
 """Greatest standard error of a coordinate of an identified parameter: a factor e of a spring, 17 degrees of a tilt."""
 MAX_AMOUNT = 1e4
@@ -140,9 +141,9 @@ class MotionEstimate:
 def estimates_of(problem: FilmProblem, fit: FittedFilms) -> tuple[MotionEstimate, ...]:
     """Return the estimates of all parameters of a fit.
 
-    Intervals follow from the covariance at the optimum, of a factor on a logarithmic scale. Where that of an amount
-    would reach below 0, the ends are found by profile likelihood: the squares grow by as much, with all else fitted.
-    Where gravity in other directions fits as well, intervals reach over all these minima.
+    Intervals follow from the covariance at the optimum, for a factor on a logarithmic scale. Where the interval of an
+    amount would reach below 0, its ends are found by profile likelihood: the squares grow by as much, with all else
+    fitted. Where gravity in other directions fits as well, intervals reach over all these minima.
     """
     errors, identified = coordinate_errors(fit)
     half = float(t_distribution.ppf(0.5 + ESTIMATE_CONFIDENCE / 2.0, fit.freedom))
@@ -162,7 +163,7 @@ def estimates_of(problem: FilmProblem, fit: FittedFilms) -> tuple[MotionEstimate
 
 
 def coordinate_errors(fit: FittedFilms) -> tuple[Reals, Flags]:
-    """Return the standard errors of the coordinates, and whether the films tell them: their information is regular."""
+    """Return the standard errors of the coordinates, and whether films determine them: their information is regular."""
     scales = np.linalg.norm(fit.slopes, axis=0)
     blind = scales <= 1e-12 * max(float(scales.max(initial=0.0)), 1e-300)
     columns = fit.slopes / np.where(blind, 1.0, scales)

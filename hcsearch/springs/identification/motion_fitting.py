@@ -23,14 +23,14 @@ FACTOR_LEVELS = tuple(math.log(10.0) * k / 4.0 for k in range(-6, 7))
 DAMPING_LEVELS = (0.0, 0.1, 0.3, 1.0, 3.0)
 """Coordinates of damping that are tried as starts."""
 STARTS = 2
-"""Number of the best of these from which the least squares begin."""
+"""Number of the best starts from which the least squares begin."""
 RELEASE_TRIALS, SCAN_FRAMES, SCAN_TOLERANCE = 60, 30, 1e-5
-"""Release times that are tried for a film as starts, frames of it that they are compared with, and the error of a step
-of the motion in this."""
+"""Number of release times tried as starts for a film, number of its frames that they are compared with, and tolerance
+of the simulation for this."""
 ROUGH_EVALUATIONS, MAX_EVALUATIONS = 8, 60
 """Simulations, besides those for derivatives, from each start, and from the best of the points that these reach."""
 ZERO_AMOUNT = 1e-5
-"""Coordinate up to which an amount is 0: the least squares come near their bounds, and never reach them."""
+"""An amount counts as 0 up to this coordinate: the least squares come near their bounds, and never reach them."""
 TILT_STARTS = ((0.0, 0.0), (1.57, 0.0), (-1.57, 0.0), (0.0, 1.57), (0.0, -1.57), (2.8, 0.0))
 """Tilts of gravity (rad) that are tried as starts: towards all axes."""
 RIVAL_ANGLE = 0.02

@@ -20,13 +20,13 @@ from hcsearch.shape.labels import labels_of
 from hcsearch.shape.linkage import Linkage
 
 GRAVITY = 9.81
-"""Acceleration of gravity (m/s^2) of which the direction is fitted, where the scene has none."""
+"""Acceleration of gravity (m/s^2) whose direction is fitted where the scene has none."""
 DAMPING_SECONDS = 0.043
-"""Damping over stiffness (s) of the coordinate 1 of a damper: that of the scene `default`."""
+"""Damping over stiffness (s) at the coordinate 1 of a damper, as in the scene `default`."""
 FRICTION_SHARE = 0.1
-"""Friction of the coordinate 1, as a share of the greatest mean moment of the springs."""
+"""Friction at the coordinate 1, as a share of the greatest mean moment of the springs."""
 STIFFNESS_TERMS: tuple[MotionTerm, ...] = ("stiffness", "stiffness-by-law", "stiffness-by-hinge")
-"""Terms that fit springs, of which only one can be taken."""
+"""Terms that fit springs; only one of them can be taken."""
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _VECTORS = np.concatenate([[row, -row] for row in np.eye(3)])
 
@@ -36,7 +36,7 @@ class Parameter:
     """A fitted number.
 
     kind : `factor`, the value is scale exp(x), above 0; `amount`, scale x, 0 or more; `tilt`, x (rad), the angle of
-    gravity from an axis towards another. unit : of the value. hinges : of a factor, whose springs it changes.
+    gravity from an axis towards another. unit : of the value. hinges : those whose springs a factor changes.
     """
 
     name: str

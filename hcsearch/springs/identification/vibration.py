@@ -19,12 +19,12 @@ ComplexNumbers = NDArray[np.complex128]
 MAX_DECOMPOSED_SAMPLES = 2000
 """Samples to which longer records are cut and decimated: the time of the decomposition grows with their cube."""
 DECAY_VARIANCE_SHARE = 0.8
-"""A record still decays where the variance of its last quarter is below this share of that of the quarter before."""
+"""A record still decays if its last quarter has less than this share of the variance of the quarter before."""
 MAX_MODEL_ORDER = 20
 MIN_STABLE_ORDERS = 10
 """Successive orders in which a physical pole must occur; poles of noise seldom occur in seven."""
 FREQUENCY_TOLERANCE, DAMPING_TOLERANCE = 0.01, 0.05
-"""Relative changes of both allowed from one order to the next."""
+"""Greatest relative changes of frequency and damping of such a pole from one order to the next."""
 MIN_MODE_ASSURANCE = 0.95
 """Least modal assurance criterion of the shapes of a pole over the channels in successive orders."""
 MIN_MODE_ENERGY_SHARE = 1e-6

@@ -57,7 +57,7 @@ class SpringSet:
         that of the scene stays. damped : the scene with more damping of all hinges, where this is a set of that scene.
     check : the quick check. deployment : the precise simulation in the scene
         itself; None where it was not run. agreement : of the deployment with simulations at tighter tolerances, where
-        it becomes flat, as of `hcsearch deploy`. robustness : None where no samples were drawn. scales : of its scene.
+        it becomes flat, as in `hcsearch deploy`. robustness : None where no samples were drawn. scales : of its scene.
     """
 
     stiffnesses: tuple[float, ...]
@@ -134,7 +134,7 @@ class EvaluationShares(NamedTuple):
 
 
 def evaluation_shares(options: TuningOptions, spent: int) -> EvaluationShares:
-    """Divide the evaluations that are not spent into shares; that of the search is one at least."""
+    """Divide the evaluations that are not spent into shares; the search gets one at least."""
     evaluations = options.evaluations - spent
     catalogue = min(max(1, evaluations // 4), evaluations - 1) if options.catalogue else 0
     robust = min(ROBUST_SET_COUNT, evaluations // 8) if options.samples else 0
@@ -160,8 +160,7 @@ class SpringSetFinder:
     def choose(self, sets: Sequence[Reals], start: SpringSet, damped: SpringSet | None) -> None:
         """Set `best` to a confirmed set that is least likely to fail, among these sets and more robust ones nearby.
 
-        It is never worse than the set that the search began with, or than that with more damping, if these are
-        confirmed.
+        It is never worse than the set at the start of the search, or the one with more damping, if these are confirmed.
         """
         best = self._chosen([*self._more_robust(sets), *sets])
         self._searched = min(best, self.with_samples(start) if start.confirmed else best, key=_risk)

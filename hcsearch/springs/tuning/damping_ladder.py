@@ -17,17 +17,17 @@ from hcsearch.system.work_steps import Progress
 DAMPING_FACTORS = (1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0, 10.0)
 """Multiples of the damping that are tried: preferred numbers, series R10 of ISO 3."""
 FACTOR_SAMPLES, MAX_FACTOR_CONFIRMATIONS = 8, 3
-"""Samples by which the multiples that become flat and clear are compared, and how many are confirmed at most, until no
-sample of one fails."""
+"""Samples by which the multiples that become flat and clear are compared, and greatest number of multiples that are
+confirmed until no sample of one fails."""
 
 
 @dataclass(frozen=True)
 class DampedSprings:
     """The springs of a scene with more damping.
 
-    factor : multiple of the damping of the scene. springs : with the scene of that damping. factors : that were tried,
-    each by one quick simulation. samples, samples_recalled : numbers of simulations within the tolerances, and of those
-    that were known.
+    factor : multiple of the damping of the scene. springs : with the scene of that damping. factors : the multiples
+    tried, each by one quick simulation. samples, samples_recalled : number of simulations within the tolerances, and
+    how many of them were known.
     """
 
     factor: float
@@ -60,7 +60,7 @@ def damped_springs(
     memory: EvaluationMemory | None,
     progress: Progress,
 ) -> DampedSprings | None:
-    """Return the springs of the start with the least damping that is as unlikely to fail as that of other multiples.
+    """Return the springs of the start with the least damping that is as unlikely to fail as any other multiple.
 
     If none becomes flat, certified clear, the one with the least objective is returned; None where there is no damping
     to be multiplied, and without multiples. evaluator, setup : of the tuning.
@@ -105,7 +105,7 @@ def _in_order(sets: list[SpringSet], evaluators: list[Evaluator], table: Reals, 
 def _least_likely_to_fail(sets: list[SpringSet]) -> int:
     """Return the number of the confirmed set with the fewest failures, or of one of less damping that is as good.
 
-    As good is what fails in a share of samples whose interval overlaps that of the best one. If none is confirmed, the
+    A set is as good if the interval of its share of failures overlaps that of the best one. If none is confirmed, the
     set with the least objective.
     """
     confirmed = [k for k, one in enumerate(sets) if one.suffices] or [k for k, one in enumerate(sets) if one.confirmed]

@@ -32,7 +32,7 @@ from hcsearch.system.machine import usable_cores
 DAMPING_DIGITS = 12
 """Significant digits of dampings that are multiplied."""
 PartBounds = tuple[float, float] | tuple[Reals, Reals]
-"""The least and the greatest value, of all groups or of each, or their logarithms."""
+"""The least and the greatest value, for all groups or for each, or their logarithms."""
 
 
 def with_parts(setup: Setup, parts: Sequence[float] | Reals) -> Setup:
@@ -51,7 +51,7 @@ def tied_parts(tied: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
 def part_bounds(
     spring_range: tuple[float, float], n_groups: int, damper_range: tuple[float, float] | None
 ) -> PartBounds:
-    """Return the bounds of all springs, or where there is a range of dampers, those of each group of both."""
+    """Return the bounds of all springs or, with a range of dampers, of each group of springs and of dampers."""
     if damper_range is None:
         return spring_range
     low, high = (np.repeat([spring_range[k], damper_range[k]], n_groups) for k in (0, 1))

@@ -32,10 +32,10 @@ SPREAD_NAMES = tuple(field.name for field in fields(Spread))
 class TuningOptions:
     """Options of a tuning; HcsearchError for a search without evaluations, and for negative numbers.
 
-    catalogue : stiffnesses of the springs that can be bought (N m/rad), and damper_catalogue : of dampers, the damping
-    of a hinge with one of them (N m s/rad). most_damping : greatest multiple of the damping of the scene that is tried
-    with its springs before other springs are; 1 for none. damper_range : the least and the greatest damping of a hinge
-    (N m s/rad) where dampers are searched together with springs. evaluations : greatest number of spring sets
+    catalogue : stiffnesses of the springs that can be bought (N m/rad), and damper_catalogue : the damping (N m s/rad)
+    of a hinge with one of the dampers. most_damping : greatest multiple of the damping of the scene that is tried with
+    its springs before other springs are; 1 for none. damper_range : the least and the greatest damping of a hinge (N m
+    s/rad) where dampers are searched together with springs. evaluations : greatest number of spring sets
     tried in all: for the choice of the formulation, the search and the rounding. samples : drawn of the tolerances in
     `spread` for each reported set; half as many as evaluations may be drawn in addition to compare sets and make them
     more robust. seed : of the random numbers.

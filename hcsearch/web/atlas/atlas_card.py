@@ -44,7 +44,7 @@ def table_path(view: str, grid: str, n: int) -> Path:
 class CountedQuantity:
     """A number that is counted for each grid and number of panels.
 
-    name : in file names. stage : which counts it. meaning : for readers.
+    name : in file names. stage : the one that counts it. meaning : for readers.
     """
 
     name: str

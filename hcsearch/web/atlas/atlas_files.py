@@ -1,9 +1,10 @@
 """The files of an atlas, made from a database with the results of all its searches.
 
-Designs and foldings are Parquet files, one for each grid and number of panels. These are columns of the files: in names
-of folders (`n=8`) pandas would read them as categories, which do not compare with numbers. Certificates stand in one
-archive for each grid and number of panels. A certificate is kept in the folder of work as soon as it is made, so that
-an interrupted atlas makes none twice. The page is a report on all designs, which searches them without a server.
+Designs and foldings are Parquet files, one for each grid and number of panels. Grid and number are columns of the
+files: from names of folders (`n=8`) pandas would read them as categories, which do not compare with numbers.
+Certificates stand in one archive for each grid and number of panels. A certificate is kept in the folder of work as
+soon as it is made, so that an interrupted atlas makes none twice. The page is a report on all designs, which searches
+them without a server.
 """
 
 from __future__ import annotations

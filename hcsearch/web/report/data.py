@@ -36,7 +36,7 @@ class FunnelStage:
     """A stage of the funnel with its count.
 
     count : None if the stage has not run.
-    previous_count : count of which this one is a share; None without one, as for a count in another unit.
+    previous_count : the count by which this one is divided; None without one, as for a count in another unit.
     """
 
     label: str
@@ -98,8 +98,8 @@ def fetch_report_data(
 ) -> ReportData:
     """Read the data of a report on a query; the database must come from `open_readonly`.
 
-    limit : designs on the page, None for all; counts always cover all selected designs. scene : whose verdicts are
-    shown.
+    limit : designs on the page, None for all; counts always cover all selected designs. scene : the one whose verdicts
+    are shown.
     """
     selected = select(database, query, sort=sort, limit=limit, scene=scene).records()
     counts = summarize(database, query, scene)

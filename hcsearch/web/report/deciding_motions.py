@@ -24,7 +24,7 @@ from hcsearch.web.report.templating import scene_option_text
 
 
 class TriedDeployment(NamedTuple):
-    """A deployment in a variant of a scene, whose name this is, and its replay."""
+    """The name of a variant of a scene, a deployment in it, and its replay."""
 
     scene: str
     deployment: Deployment
@@ -46,7 +46,7 @@ def best_tried_deployment(case: Case, folding: ViewRow, deployments: Sequence[Vi
 
 
 def deciding_deployment(case: Case, folding: ViewRow, deployments: Sequence[ViewRow]) -> TriedDeployment | None:
-    """Simulate the deployment by which a folding has the status `deploys`; None of a folding of another status."""
+    """Simulate the deployment by which a folding has the status `deploys`; None for a folding with another status."""
     return best_tried_deployment(case, folding, deployments) if folding.get("status") == "deploys" else None
 
 

@@ -44,8 +44,8 @@ class ShownMotion:
     """A motion that the page plays and plots; `command` reproduces it.
 
     shows : the status of the folding that the motion proves: `movable`, `deploys`, `driven` by the drives of its case,
-    or empty for none. flat_time : s until it is flat by springs or drives, in the digits on which tolerances agree;
-    None without agreement. deployment : that it shows, of a motion by springs.
+    or empty for none. flat_time : time (s) until it is flat by springs or drives, in the digits on which tolerances
+    agree; None without agreement. deployment : the one that it shows, for a motion by springs.
     """
 
     title: str
@@ -110,7 +110,7 @@ NOT_JUDGED_REASON = "no stage has judged it in this scene: run `hcsearch enumera
 def fetch_design_data(design: CircuitCase, option: str = "", named: str = "") -> DesignData:
     """Return the data of a design: its stored results, or the motions of its foldings, planned and simulated anew.
 
-    option : of commands that name a folding, for the scene; that of stored results follows from these. named : how
+    option : the scene option of commands that name a folding; with stored results it follows from these. named : how
     commands name the only folding, with its options, if not by its notation.
     """
     stored, circuit = design.stored, design.circuit
@@ -215,7 +215,7 @@ def _with_accuracy(shown: ShownFolding) -> ShownFolding:
 def _motions(case: FoldingCase, subject: str, stored: StoredDesign | None) -> list[ShownMotion]:
     """Return the path of a folding and its motion by springs; the one that gives the folding its status comes first.
 
-    Of stored results, the path is the stored one, and the motion that of the best deployment.
+    With stored results, the path is the stored one, and the motion is the best deployment.
     """
     motions: list[ShownMotion] = []
     path, option = (_planned_path(case), "") if stored is None else _stored_path(case, stored)

@@ -19,7 +19,7 @@ _SUBJECTS = ("grid", "n", "array")
 
 @dataclass(frozen=True)
 class StageCounts:
-    """Numbers of designs that pass each stage, of `total`; None for a stage that ran on none of them.
+    """Numbers of designs, among `total`, that pass each stage; None for a stage that ran on none of them.
 
     locked : designs that are proved locked.
     """
@@ -62,7 +62,7 @@ def title_of(sizes: Sequence[tuple[str, int]], array: str | None = None) -> str:
 def headline_of(counts: StageCounts, query: str = "") -> str:
     """Return the sentence on how many designs open, such as `33 of 1,175 designs open by springs, 28 more by motors.`.
 
-    query : by which the designs were selected; more than a grid, a size or an array makes them `selected designs`.
+    query : the one that selected the designs; more than a grid, a size or an array makes them `selected designs`.
     """
     if not counts.total:
         return "No design satisfies the query."
@@ -111,7 +111,7 @@ def _before_motion(counts: StageCounts, among: _Among) -> str:
 
 @dataclass(frozen=True)
 class _Among:
-    """The designs among which some are counted: their number and what they are called."""
+    """The designs among which some are counted: their number and their name."""
 
     total: int
     kind: str
@@ -122,7 +122,7 @@ class _Among:
 
     @property
     def none_known(self) -> str:
-        """Subject and verb of a sentence that no design is known to open."""
+        """Subject and verb for a sentence which says that no design is known to open."""
         return f"The {self.kind} is not known to open" if self.total == 1 else f"None of {self.all} is known to open"
 
     def text(self, count: int, verb: str = "open") -> str:

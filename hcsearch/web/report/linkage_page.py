@@ -32,7 +32,7 @@ class LinkageData:
     Parameters
     ----------
     about
-        What the case tells of itself.
+        The description of the case.
     sentence
         What it is, and whether springs open it.
     meta

@@ -22,7 +22,7 @@ _FINE = 0.004
 _NEAR = 0.01
 """Gap (mm) beyond which the scale is logarithmic: gaps of sliding panels are small, others large."""
 _ONE_DIGIT = 0.05
-"""Relative difference that times do not exceed which agree in two digits."""
+"""Greatest relative difference of times that agree in two digits."""
 _AXES = {"time": "time, s", "path": "share of the path"}
 
 

@@ -221,7 +221,7 @@ def write_report(
 
     database : from `open_readonly`.
     limit : designs on the page, None for all; counts always cover all selected designs.
-    scene : whose verdicts are shown.
+    scene : the one whose verdicts are shown.
     QueryError: no design is selected. OutputError: the file cannot be written.
     """
     data = fetch_report_data(database, query, limit, sort, scene)

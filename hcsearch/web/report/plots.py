@@ -50,7 +50,7 @@ class PlotMark:
 
 @dataclass(frozen=True)
 class DrawnPlot:
-    """A drawn plot. legend : each curve, and its number, that has a label, but no room for it on the curve."""
+    """A drawn plot. legend : each curve that has no room for its label, with its number."""
 
     title: str
     svg: str

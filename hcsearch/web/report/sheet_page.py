@@ -86,7 +86,7 @@ def _swept_note(travel: Travel) -> str:
 
 @dataclass(frozen=True)
 class _Page:
-    """What the frame of a page shows of a sheet."""
+    """The parts of a sheet that the frame of a page shows."""
 
     title: str
     meta: tuple[tuple[str, str], ...]

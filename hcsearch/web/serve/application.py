@@ -172,9 +172,7 @@ class Application:
         read_parameters(_pairs(request), {})
         if kind_of(name) != "assembly":
             raise MissingError(f"no assembly {name!r}: choose one of those at /assemblies")
-        text = self.computing(
-            (jobs.subject_page, name), jobs.subject_page, self.db, name, None, ""
-        )  # of no design stored
+        text = self.computing((jobs.subject_page, name), jobs.subject_page, self.db, name, None, "")  # no stored design
         return Response(text, mimetype="text/html", headers={"Content-Security-Policy": FRAME_POLICY})
 
     def _export(self, request: Request, number: int, ending: str, crease: int | None = None) -> Response:

@@ -78,8 +78,8 @@ class RowCounts:
 class ListPage:
     """The rows of a list on one page.
 
-    first : number of the first row, from 1. total : of all rows; None for more than `MAX_COUNTED_ROWS`. last : page,
-    if known.
+    first : number of the first row, from 1. total : of all rows; None for more than `MAX_COUNTED_ROWS`. last : number
+    of the last page, if known.
     """
 
     rows: Sequence[Mapping[str, Any]]

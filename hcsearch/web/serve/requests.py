@@ -41,8 +41,8 @@ class ListRequest:
     """A request for a list: the rows of a view that satisfy a query, sorted, on a page; `shape` is for designs.
 
     default_scene : the one scene, for addresses that name none.
-    facets : chosen values by column, as pairs; a design has one of the values of each. columns : shown on cards and in
-    tables, and those of CSV and JSON; the usual ones by default. limit : only for CSV and JSON; all by default.
+    facets : chosen values by column, as pairs; a design has one of the values of each. columns : those on cards, in
+    tables, and in CSV and JSON; the usual ones by default. limit : only for CSV and JSON; all by default.
     page : from 1; None for all rows, in CSV and JSON.
     """
 

@@ -1,4 +1,4 @@
-"""Pages from templates of the server and the report, that of all assemblies, and static files: styles and scripts."""
+"""Pages from templates of the server and the report, the page of all assemblies, and static styles and scripts."""
 
 from __future__ import annotations
 

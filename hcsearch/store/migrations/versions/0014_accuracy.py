@@ -1,7 +1,7 @@
 """Deployments have their accuracy, and evaluations may end as `branch-singular`.
 
-A deployment has its method, the errors of angles and time, what was left out and what that saved. The ending is that
-where rounding decides how a motion goes on.
+A deployment has its method, the errors of angles and time, what was left out and what that saved. `branch-singular`
+says that rounding decides how a motion goes on.
 
 A migration is frozen: it spells out its DDL and imports nothing of hcsearch.
 """
@@ -17,7 +17,7 @@ REAL: sa.types.TypeEngine[float] = sa.Double().with_variant(sa.REAL(), "sqlite")
 
 
 def upgrade() -> None:
-    """Add columns, NULL in rows of before, and widen the check of `outcome`; in SQLite its rows go to a new table."""
+    """Add columns, NULL in older rows, and widen the check of `outcome`; in SQLite its rows go to a new table."""
     for column, kind in (
         ("method", TEXT),
         ("error_angle", REAL),
