@@ -55,7 +55,7 @@ GROUPS: dict[str, tuple[tuple[click.Command, ...], tuple[click.Command, ...]]] =
     "data": ((), (atlas, identify)),
     "machine": ((), (compile_,)),
 }
-"""The commands by what they are for: those that `hcsearch --help` describes, and further ones, which it names."""
+"""The commands by their purpose: first the ones that `hcsearch --help` describes, then further ones, which it names."""
 
 
 class _UnreadError(Exception):
@@ -73,7 +73,7 @@ class _Commands(click.Group):
         return sorted({*super().list_commands(ctx), *entry_points(group=_ADDED).names})
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Return a command by name; those of entry points are imported on demand."""
+        """Return a command by name; commands of entry points are imported on demand."""
         command = super().get_command(ctx, cmd_name)
         if command is None:
             for added in entry_points(group=_ADDED, name=cmd_name):
@@ -171,7 +171,7 @@ def main() -> None:
 
 @contextmanager
 def _warning_in_lines() -> Iterator[None]:
-    """Print warnings of this program as plain lines; those of libraries stay unchanged."""
+    """Print warnings of this program as plain lines; warnings of libraries stay unchanged."""
     with warnings.catch_warnings():
         show_default = warnings.showwarning
 

@@ -239,7 +239,7 @@ def _print_rows(work: FormulationWork) -> None:
 
 
 def _print_aligned(lines: Sequence[Sequence[str]]) -> None:
-    """Print lines in columns that fit those with as many cells as the first line; a last cell takes what it needs."""
+    """Print lines in columns that fit all lines with as many cells as the first one; a last cell may be wider."""
     widths = [
         max(map(len, cells)) for cells in zip(*(line for line in lines if len(line) == len(lines[0])), strict=True)
     ]

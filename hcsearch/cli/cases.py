@@ -107,7 +107,7 @@ def linkage_options(command: Command) -> Command:
 
 
 def _options(command: Command, names: str, flat_pairs: str, *own: Command, words: bool = False) -> Command:
-    """Add the options of all subjects under loads, and those of a command; the last one is first in the help."""
+    """Add the options of all subjects under loads, and the options of a command; the last one is first in the help."""
     return _panel_options(command, names, flat_pairs, *own, *value_options("loads"), words=words)
 
 

@@ -68,7 +68,7 @@ def _compilation_note() -> str:
 
 
 def _terminal_size() -> tuple[int, int]:
-    """Return columns and rows of the terminal; usual ones where it states 0, as those of `script` and of containers."""
+    """Return columns and rows of the terminal; usual ones where it states 0, as in `script` and in containers."""
     try:
         columns, rows = os.get_terminal_size(sys.stderr.fileno())
     except (OSError, ValueError):  # a stream that only says that it is a terminal
@@ -228,7 +228,7 @@ class ProgressMeter:
             _LINES.start()
 
     def state(self) -> str:
-        """Describe what is done and how far it is; while kernels are compiled, that in place of what they are for."""
+        """Describe what is done and how far it is; while kernels are compiled, say so instead of naming their use."""
         amount, note = self._counts_texts()
         shown = ", ".join(filter(None, (amount, note)))
         shown = shown or next((meter._doing for meter in _LINES.meters if meter._doing), "")

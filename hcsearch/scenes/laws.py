@@ -13,7 +13,7 @@ energy is the integral of these pieces, so both are exact. Laws have a notation,
 Any but `free` may end in a preload, linear:0.1+0.02, and have a factor in front, 2*linear:0.1 (springs in parallel).
 Any but `free` and `tape` may act from a time on, in s, or rise in proportion to time:
 
-    linear:0.1 from 0.5 s            no moment up to 0.5 s, then that of the law
+    linear:0.1 from 0.5 s            no moment up to 0.5 s, then the moment of the law
     linear:0.1 from 0.5 to 2 s       times a factor that rises from 0 to 1, as for a shape-memory spring that is heated
 """
 

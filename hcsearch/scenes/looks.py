@@ -42,7 +42,7 @@ _TAKEN = (
 foldings (hexagons of 10 and 12 panels, squares of 12 and 14, triangles of 18) that some set brings flat, the variants
 without these sets bring 111 flat, these sets the rest."""
 GRADED_STIFFNESS_RATIO = 40.0
-"""Ratio of the stiffest to the softest spring of a graded set; the stiffest is that of the scene's range."""
+"""Ratio of the stiffest to the softest spring of a graded set; the stiffest is at the end of the scene's range."""
 VARIANT_TIME_FACTOR = 3.0
 """Simulated time of a variant over the scene's seconds: of 158 motions of 12 hexagons that are clear and not at
 rest after 1 s, 11 become flat with it."""
@@ -51,7 +51,7 @@ _SETS = (*SPRING_SET_GRADES, OUTER_FIRST_SET, *SPREAD_SPRING_SETS)
 
 @dataclass(frozen=True)
 class SceneVariant:
-    """A joint of the flat pairs and a spring set (empty: that of the scene); `as_written` is the scene unchanged."""
+    """A joint of the flat pairs and a spring set (empty: the scene's own); `as_written` is the scene unchanged."""
 
     pairs: Way
     springs: str = ""

@@ -68,7 +68,7 @@ def _read_own(hinge: str, given: Any) -> tuple[tuple[str, float], ...]:
 class Scene:
     """All data besides the folding on which a verdict depends: panels, springs, gravity and the start.
 
-    A field is a row of the table of values. The last ones, from `friction` on, are those of the hardware as built.
+    A field is a row of the table of values. The last ones, from `friction` on, describe the hardware as built.
     """
 
     name: str = _value(
@@ -255,7 +255,7 @@ class Scene:
             object.__setattr__(self, name, SCENE_VALUES[name].checked(getattr(self, name)))
 
     def changed(self) -> list[str]:
-        """Return the names of the values that differ from those of the scene `default`."""
+        """Return the names of the values that differ from the scene `default`."""
         return [name for name, value in SCENE_VALUES.items() if getattr(self, name) != value.default]
 
     def __repr__(self) -> str:
@@ -282,7 +282,7 @@ SCENE_VALUES = _table()
 HINGE_VALUES = tuple(name for name, value in SCENE_VALUES.items() if value.by_hinge)
 """Values that single hinges may have of their own."""
 HARDWARE_VALUES = tuple(name for name, value in SCENE_VALUES.items() if value.section == HARDWARE_SECTION)
-"""Values of what is built."""
+"""Values of the hardware as built."""
 Scene.__doc__ = "\n".join(
     [
         *(cleandoc(Scene.__doc__ or ""), "", "Parameters", "----------"),

@@ -31,7 +31,7 @@ _KINDS: dict[str, tuple[type, str]] = {
 }
 """Keys of a file that are not values of a scene, with their type and an example."""
 SUBJECT_KEYS = ("design", "assembly", "pattern")
-"""Keys of a file that name what is deployed."""
+"""Keys of a file that name the design, pattern or assembly to deploy."""
 
 
 def scene_named(name: str) -> Scene:

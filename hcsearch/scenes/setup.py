@@ -1,6 +1,6 @@
-"""Setups: scenes evaluated for a linkage, with all values set, those of the hardware as built included.
+"""Setups: scenes evaluated for a linkage, with all values set, including the hardware as built.
 
-Times, lengths and springs that a scene leaves unset are those of the scene `default` (panels of 50 mm, 6 mm thick,
+Times, lengths and springs that a scene leaves unset are taken from the scene `default` (panels of 50 mm, 6 mm thick,
 springs of 0.1 N m/rad), scaled by dimensional analysis: angles follow J phi'' = -k phi, so times are proportional to
 the root of J / k, with J the mass of a panel times its edge squared; springs that lift a panel are proportional to its
 weight times its edge.
@@ -154,7 +154,7 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
     if isinstance(scene, Setup):
         return scene
     labels = labels_of(linkage)
-    # values derived from the panels are those of the congruent linkage, as sums in another order round differently
+    # the congruent linkage gives the values derived from panels, as sums in another order round differently
     standard = linkage if linkage.twin is None else linkage.twin.linkage
     values: dict[str, Any] = {own.name: getattr(scene, own.name) for own in fields(Setup) if hasattr(scene, own.name)}
     at_hinges = {name: _at_hinges(scene, labels, name) for name in HINGE_VALUES}
@@ -184,7 +184,7 @@ def setup_of_scene(scene: Scene | Setup, linkage: Linkage) -> Setup:
 
 
 def _at_hinges(scene: Scene, labels: Labels, name: str) -> tuple[Any, ...]:
-    """Return a value at all hinges: that of the scene, or their own.
+    """Return a value at all hinges: the scene's, or their own.
 
     HcsearchError where the scene names a hinge that the linkage does not have, or one hinge by two names with different
     values.
@@ -198,7 +198,7 @@ def _at_hinges(scene: Scene, labels: Labels, name: str) -> tuple[Any, ...]:
 
 
 def _natural(setup: Setup, seconds: float) -> float:
-    """Return the simulated time of a setup, s, from the ratio of its times to those of the scene `default`."""
+    """Return the simulated time of a setup, s, from the ratio of its times to the times in the scene `default`."""
     last = max((0.0, *(held.time for held in setup.hold_downs), *setup.law_times))
     return _short(DEFAULT_SCENE_SECONDS * seconds + last)
 
@@ -209,7 +209,7 @@ def natural_seconds(setup: Setup, linkage: Linkage) -> float:
 
 
 def _scales(setup: Setup, linkage: Linkage) -> tuple[float, float]:
-    """Return the ratios of the times and of the springs of a motion to those of the scene `default`."""
+    """Return the ratios of the times and of the springs of a motion to those in the scene `default`."""
     if linkage.twin is not None:
         return _scales(setup.of_congruent(linkage), linkage.twin.linkage)
     length, mass = scale_of(linkage), _mass(linkage, setup.density)
@@ -227,7 +227,7 @@ def scene_of_setup(setup: Setup, scene: Scene, labels: Labels) -> Scene:
     """Convert a setup back to a scene with all values set.
 
     scene : the scene of the setup. labels : of the linkage. Springs of single hinges are listed unless all have the
-    scene's, and dampers where they differ from those of the scene.
+    scene's, and dampers where they differ from the scene's.
     """
     single_laws = any(law.text != law_named(scene.spring).text for law in setup.laws)
     laws = zip(labels.hinges, setup.laws, strict=True)
@@ -269,7 +269,7 @@ def with_stiffnesses(setup: Setup, stiffnesses: Sequence[float] | Reals) -> Setu
 
 
 def with_dampings(setup: Setup, dampings: Sequence[float] | Reals) -> Setup:
-    """Return a setup with other dampings of hinges, N m s/rad, in the order of hinges; NaN keeps that of the setup."""
+    """Return a setup with other dampings of hinges, N m s/rad, in the order of hinges; NaN keeps the setup's."""
     before = zip(setup.damping_time, setup.damping, dampings, strict=True)
     dampers = [(time, own) if math.isnan(chosen) else (0.0, float(chosen)) for time, own, chosen in before]
     return replace(setup, damping_time=tuple(d[0] for d in dampers), damping=tuple(d[1] for d in dampers))
@@ -312,7 +312,7 @@ def _turned(linkage: Linkage, gravity: SceneVector) -> SceneVector:
 
 
 def _mass(linkage: Linkage, density: float) -> float:
-    """Return the ratio of the mean mass of a facet to that of a regular panel of `default` with as many corners."""
+    """Return the mean mass of a facet over the mass of a regular panel of `default` with as many corners."""
     facets = linkage.pattern.facets
     corners = len(facets[0])
     regular = 0.25 * corners * REFERENCE_EDGE_LENGTH**2 / math.tan(math.pi / corners)

@@ -179,7 +179,7 @@ def _label(name: int | str) -> str:
 
 
 def read_text(_key: str, value: Any) -> str:
-    """Return a text; ValueError for what is none."""
+    """Return a text; ValueError for other values."""
     if not isinstance(value, str):
         raise ValueError
     return value
@@ -195,7 +195,7 @@ def read_law(key: str, value: Any) -> str:
 
 
 def read_release(key: str, value: Any) -> str:
-    """Parse when a hinge is released; SceneError for what is no release."""
+    """Parse when a hinge is released; SceneError for anything else."""
     from hcsearch.scenes.releases import release_named  # noqa: PLC0415 - as above
 
     release_named(read_text(key, value))

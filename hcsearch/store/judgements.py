@@ -23,7 +23,7 @@ from hcsearch.store.rows import check_values, parts_of_ids
 from hcsearch.store.schema import deployment, design, motion, outcome, verdict
 
 MAX_PATH_BYTES = 8 << 20
-"""Largest size of a decompressed path in bytes, far above that of any motion; guards against tampered data."""
+"""Largest size of a decompressed path in bytes, far above any motion's; guards against tampered data."""
 _LARGEST_ANGLE = 2.0 * math.pi
 """Largest fold angle in a path, rad: panels meet at +-pi, so a full turn bounds every rounded angle."""
 

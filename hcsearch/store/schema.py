@@ -191,7 +191,7 @@ batch = _table(
     Column("run_id", Integer, ForeignKey("run.id"), nullable=False),
 )
 
-# No reference to `design`: units can be searched for without a database of designs, and those of isosceles triangles
+# No reference to `design`: units can be searched for without a database of designs, and units of isosceles triangles
 # belong to no design of a grid.
 unit = _table(
     "unit",

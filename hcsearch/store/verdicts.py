@@ -251,7 +251,7 @@ def _insert_motions(connection: Connection, keys: VerdictColumns, motions: Motio
 
 
 def _insert_flight(connection: Connection, keys: VerdictColumns, numbers: Sequence[FlightNumbers | None]) -> None:
-    """Store the figures of the stage `flight`; those of foldings without any are deleted."""
+    """Store the figures of the stage `flight`; delete the stored ones of foldings without any."""
     for key in zip(*keys.values(), strict=True):
         same = (flight.c[name] == value for name, value in zip(keys, key, strict=True))
         connection.execute(delete(flight).where(*same))
@@ -277,7 +277,7 @@ def _evidence_columns(evidence: Sequence[Evidence | None]) -> VerdictColumns:
 
 
 def _insert_trials(connection: Connection, keys: VerdictColumns, trials: Sequence[Trial]) -> None:
-    """Store deployments, whose keys are those of their foldings and the scene that was simulated."""
+    """Store deployments; their keys are the folding's and the scene that was simulated."""
     of_trials = {name: [values[trial.folding] for trial in trials] for name, values in keys.items()}
     of_trials["base"], of_trials["scene"] = of_trials["scene"], [trial.scene for trial in trials]
     values: VerdictColumns = {

@@ -110,14 +110,14 @@ def distance_from(deployment: Deployment, rough: Deployment) -> float:
 
 
 ROUGHER = 10.0
-"""Ratio of the tolerance of the simulation that bounds an error to that of the judged one."""
+"""Ratio of the tolerance of the simulation that bounds an error to the tolerance of the judged one."""
 STRESS_FACTOR = 10.0
 """Factor by which the standard set changes each value, up and down."""
 STRESS_SPREADS = (10.0, 1000.0)
 """Spreads of springs in the standard set."""
 PACKED_START, STIFF_STOPS, CLASHING_RESTITUTION = 0.999999, 100.0, 0.9
-"""Known extremes: a start so near to the packed state, where closure is nearly singular; stops stiffer than those of
-the scene by this factor; stops from which hinges bounce with this share of their speed, with a tenth of the damping."""
+"""Known extremes: a start so near to the packed state, where closure is nearly singular; stops stiffer than the scene's
+by this factor; stops from which hinges bounce with this share of their speed, with a tenth of the damping."""
 ENOUGH_COMPARED = 0.9
 """Where references agree for less than this share of a motion, the judgement says until when it is compared."""
 

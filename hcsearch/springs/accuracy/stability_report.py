@@ -94,7 +94,7 @@ class MeasuredStability:
 
 
 def draw_stability(measured: MeasuredStability, path: str) -> None:
-    """Draw a map of judgements, a cell a point: of two values a column and a row each, else one column."""
+    """Draw a map of judgements, one cell for each point: columns and rows for two values, else one column."""
     columns, rows, places = _places(measured)
     with figure_for(path, (max(6.5, 3.0 + 0.9 * len(columns)), 1.6 + 0.4 * len(rows)), dpi=150) as figure:
         axes = figure.subplots()

@@ -85,7 +85,7 @@ class WorkRow:
 
 @dataclass(frozen=True)
 class FormulationWork:
-    """All simulations in one formulation, and what they are compared with.
+    """All simulations in one formulation, and the reference that they are compared with.
 
     model_angle, model_time : error of the formulation itself: greatest distance of a fold angle (rad), and distance of
     the flat times (s), between its reference and that of the constrained formulation up to `model_until` (s); None

@@ -34,7 +34,7 @@ disagree. Where springs close the loops, a hundredth takes too long."""
 TIGHTEST_TOLERANCE = 1e-13
 """The tightest tolerance; where the others would be below it, they are looser by the same factors."""
 AGREEMENT_STEPS_FACTOR = 4
-"""Ratio of the greatest number of steps of these simulations to that of the first."""
+"""Ratio of the greatest number of steps of these simulations to the first one's."""
 MAX_FLAT_TIME_DIGITS = 4
 """Greatest number of digits of a reported flat time."""
 FLAT_TIME_TOLERANCE = 0.1

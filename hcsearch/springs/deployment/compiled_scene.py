@@ -220,7 +220,7 @@ class _Compiler:
 
     def _mirror(self) -> Mirror | None:
         """Return the mirror of the whole scene, if one half of it determines the other."""
-        # springs that close the loops of a half differ from those of the whole, in number and places
+        # a half has other springs that close its loops than the whole, in number and places
         springy = self.formulation == "penalty" or (self.formulation == "compliant" and bool(self.linkage.loops))
         if "half" in self.keep or springy:
             return None
@@ -273,7 +273,7 @@ class _Compiler:
         def moved(body: int, held: bool) -> int:
             return body + shift if body != GROUND else (shift - 1 if held else GROUND)
 
-        # welds that close loops at the held panel move with it; those of the mirror plane stay
+        # welds that close loops at the held panel move with it; welds to the mirror plane stay
         welds = tuple(
             Weld(moved(w.first, len(w.kinds) == 6), w.second + shift, w.point, w.kinds, w.frame) for w in tree.welds
         )
@@ -328,7 +328,8 @@ class _Compiler:
         return tuple(cuts)
 
     def _drags(self, tree: PanelTree, mirror: Mirror | None, shift: int) -> tuple[FacetDrag, ...]:
-        """Return the facets on which air acts: of panels that move, half of those that the mirror plane halves."""
+        """Return the facets of moving panels, on which air acts; in panels that the mirror plane halves, half of
+        each."""
         if not self.setup.drag:
             return ()
         pattern, facets = self.linkage.pattern, []

@@ -146,7 +146,7 @@ def deployment_table(deployment: Deployment) -> pd.DataFrame:
 
 
 def deployment_energies(deployment: Deployment) -> dict[str, np.ndarray]:
-    """Return the energies at the states of a motion, J, including those of an omitted half."""
+    """Return the energies at the states of a motion, J, an omitted half included."""
     motion, factor = deployment.motion, deployment.compiled.factor
     return {
         "kinetic_J": factor * motion.kinetic,

@@ -132,7 +132,7 @@ def simulate_driven(
     watched: Flags | None = None,
     max_steps: int = 200_000,
 ) -> DrivenMotion:
-    """Simulate a system under control from a closed state at rest up to a time (s); options as of `simulate_system`."""
+    """Simulate a system under control from a closed state at rest up to a time (s); options as in `simulate_system`."""
     motion = simulate_system(
         system.under_control(commands.targets),
         q,

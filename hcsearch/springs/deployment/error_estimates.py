@@ -53,7 +53,7 @@ def comparison_times(steps: Reals, until: float) -> Reals:
 def angle_distances(one: Deployment, other: Deployment, times: Reals) -> Reals:
     """Return the greatest distance of a fold angle between two deployments at each time, shape (len(times),), rad.
 
-    States between those of a motion are interpolated by its own polynomials, with closed loops.
+    Between its states a motion is interpolated by its own polynomials, with closed loops.
     """
     return _distances(one.angles_at(times), other.angles_at(times))
 

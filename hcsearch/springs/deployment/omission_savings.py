@@ -1,4 +1,4 @@
-"""What the omissions of a compiled scene save, and how little they change: each one put back in turn.
+"""The savings of the omissions of a compiled scene, and how little they change: each one is put back in turn.
 
 The share of the work that all of them save is counted, without a simulation of what was left out.
 """
@@ -228,6 +228,6 @@ def _all_terms(compiled: CompiledScene) -> int:
 
 
 def _ratio_of_pairs(compiled: CompiledScene) -> float:
-    """Return the number of all pairs of panels over that of the pairs that are compared."""
+    """Return the number of all pairs of panels over the number of pairs that are compared."""
     pairs = math.comb(compiled.linkage.n_panels, 2)
     return pairs / max(1, pairs - len(compiled.separated_pairs))

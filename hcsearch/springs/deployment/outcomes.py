@@ -136,7 +136,7 @@ _OUTCOMES: dict[SimulationStop, Ending] = {
 
 
 def outcome_of(ending: SimulationStop) -> Ending:
-    """Return the ending of a deployment by that of its simulation."""
+    """Return the ending of a deployment from the ending of its simulation."""
     return _OUTCOMES.get(ending, "diverged")
 
 

@@ -90,7 +90,7 @@ def springs_of(folding: Folding, panel: PanelSize, compiled: CompiledScene, name
 def _places(folding: Folding, panel: PanelSize, compiled: CompiledScene) -> Reals:
     """Return layer (0 lowest to 1), face (1 for a valley) and stack (1 for the second) of the hinge of each joint.
 
-    They are those of the congruent folding, if there is one, as the order of the stacks depends on the notation of the
+    They belong to the congruent folding, if there is one, as the order of the stacks depends on the notation of the
     circuit.
     """
     linkage, joint_of, congruent = compiled.linkage, compiled.joint_of, compiled.linkage.twin

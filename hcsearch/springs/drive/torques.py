@@ -114,7 +114,7 @@ def torques_along(compiled: CompiledScene, timed: TimedPath, choice: DrivenHinge
 def _senses(rates: Reals) -> Reals:
     """Return the signs of the rates of a motion, (k, n), 0 where a hinge stays at rest.
 
-    At both ends, where all hinges are at rest, they are those of the motion that begins or ends there.
+    At both ends, where all hinges are at rest, they are the signs of the motion that begins or ends there.
     """
     senses = np.where(np.abs(rates) > MIN_SLIDING_SHARE * np.abs(rates).max(initial=0.0), np.sign(rates), 0.0)
     senses[0], senses[-1] = senses[1], senses[-2]

@@ -59,8 +59,8 @@ _DORMAND_PRINCE_ERRORS = (-71 / 57600, 0.0, 71 / 16695, -71 / 1920, 17253 / 3392
 def method_named(name: str) -> IntegrationMethod:
     """Return the coefficients of a method.
 
-    They are SciPy's, but as SciPy takes longer to load than many deployments to compute, those of Dormand and Prince
-    (1980), which nearly all motions use, are given here.
+    They are SciPy's. As SciPy takes longer to load than many deployments to compute, the coefficients of Dormand and
+    Prince (1980), which nearly all motions use, are given here.
     """
     if name == IMPLICIT_METHOD:
         return _implicit()

@@ -38,7 +38,7 @@ class Strut(ByValue):
 
 @dataclass(frozen=True)
 class JointDrive:
-    """Law, damping, stops and friction of one joint; the law gives N m for rad, of a sliding joint N for m.
+    """Law, damping, stops and friction of one joint; the law gives N m for rad, or N for m in a sliding joint.
 
     damping : N m s/rad. lower, upper : rad, infinite where there is no stop. friction : the greatest torque of Coulomb
     friction, sliding or at rest, N m.

@@ -1,4 +1,4 @@
-"""Errors of a built array, and what they do to its flat state at first order.
+"""Errors of a built array, and their effect on its flat state at first order.
 
 An array is built with stops that are off by some angle, hinge axes that are off their places on either panel, and
 panels that are too thick or too thin. Every error is one number within plus and minus its tolerance. At first order

@@ -175,7 +175,7 @@ class DeployedModes(ByValue):
 
 
 def flat_stiffness(laws: Sequence[Law], latch_stiffness: Reals) -> Reals:
-    """Return the stiffness of each hinge in the flat state, (n_hinges,), N m/rad: of its latch and of its spring."""
+    """Return the stiffness of each hinge in the flat state, (n_hinges,), N m/rad, of its latch and its spring."""
     slopes = [_slope(law) for law in laws]
     if latch_stiffness.shape != (len(slopes),) or not (np.isfinite(latch_stiffness).all()):
         raise HcsearchError(f"stiffnesses of latches are one number for each hinge: give {len(slopes)} finite ones")

@@ -41,10 +41,10 @@ FigureSide = Literal["exact", "from below", "from above"]
 class SheetRow:
     """A rule, and the figure that is compared with it.
 
-    rule : what is asked for. clause : of the standard. figure, required : in the same unit; no figure where it is not
-    known. at_least : whether the figure must be at least the required one, else at most. note : where the figure is
-    least. kind, side : how the figure is known, and in which direction it is a bound. other : what was computed on the
-    other side of the true figure, such as the least margin at states beside a bound between them; None without it.
+    rule : its name. clause : of the standard. figure, required : in the same unit; no figure where it is not known.
+    at_least : whether the figure must be at least the required one, else at most. note : where the figure is least.
+    kind, side : how the figure is known, and in which direction it is a bound. other : what was computed on the other
+    side of the true figure, such as the least margin at states beside a bound between them; None without it.
     """
 
     rule: str

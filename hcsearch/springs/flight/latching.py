@@ -144,7 +144,7 @@ def _turning_angles(branch: LawBranch) -> list[float]:
 
 
 def panel_reach(linkage: Linkage, root: int, centres: Reals) -> Reals:
-    """Return how far the centre of each panel can be from that of the root, however hinges are folded, (n_panels,), m.
+    """Return the greatest distance of each panel's centre from the root's, however hinges are folded, (n_panels,), m.
 
     centres : (n_panels, 3), of the flat array. The way leads through the middles of hinges, whose distances no panel
     changes.

@@ -161,7 +161,7 @@ def _gap_times(course: Course, found: CertifiedMargin) -> Reals:
 
 
 def _tried(travel: Travel, course: Course, friction: Reals, times: Reals, *, doubtful: bool) -> _Tried:
-    """Return the margins at the closed states next to a course at some times; doubtful : with what is not known."""
+    """Return the margins at the closed states next to a course at some times; doubtful : keeps unknown margins."""
     states = np.array([close_linkage(travel.linkage, state).angles for state in states_at(course, times)])
     rates = closed_rates(np.array([travel.linkage.closure(state)[1] for state in states]))
     program = rates, law_torques(travel.setup.laws, states), friction, allowed_senses(states)

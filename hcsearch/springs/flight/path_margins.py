@@ -28,7 +28,7 @@ from hcsearch.springs.flight.torque_margin import (
 )
 
 SURELY_LEAVING_RATE = 1e-6
-"""Least rate of a hinge, over that of the fastest, that surely leaves its stop."""
+"""Least rate, over the fastest hinge's, at which a hinge surely leaves its stop."""
 STILL_RATE = 1e-12
 """Entries of unit vectors below this are rounding errors."""
 MAX_FAILURES_TRIED = 2

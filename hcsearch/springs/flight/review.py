@@ -163,8 +163,8 @@ def _drawn_margins(judged: JudgedTravel) -> tuple[tuple[float, float], ...]:
 def sensitivities_of(travel: Travel, numbers: FlightNumbers, margins: MarginFigures | None) -> tuple[Sensitivity, ...]:
     """Return how figures change with the springs and the hardware, along the same states, greatest changes first.
 
-    numbers, margins : of the travel. Margins are computed again only where what they depend on changes. Designs are
-    ranked by these figures.
+    numbers, margins : of the travel. Margins are computed again only where springs or losses change. Designs are ranked
+    by these figures.
     """
     rows = []
     quantities = [quantity for quantity in FLIGHT_QUANTITIES if quantity.half is not None]

@@ -24,8 +24,8 @@ from hcsearch.springs.flight.torque_margin import power_ratios
 MAX_DESIGN_ROUNDS = 30
 """Greatest number of rounds of choosing springs and rates in turn."""
 MAX_SETTLING_ROUNDS, EXACT_ROUNDS, RAISE = 16, 8, 1.02
-"""Greatest number of rounds until springs pass by what is found for them alone; after some, in which they may come back
-to what they were, each asks for a greater margin by this factor."""
+"""Greatest number of rounds until springs pass by the rates found for them alone; as springs may come back to earlier
+ones, after some rounds each asks for a margin greater by this factor."""
 DESIGN_TOLERANCE = 1e-7
 """Relative fall of the total below which rounds end, and by which margins are asked to exceed the rule."""
 MAX_CATALOGUE_SECONDS = 20.0

@@ -240,7 +240,7 @@ def _meet(found: TorqueMargins, scale: Reals, tolerance: float) -> Flags:
 def _solve_again(
     found: TorqueMargins, state: int, rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs
 ) -> None:
-    """Solve the program of one state by HiGHS, and keep of both bounds what is better."""
+    """Solve the program of one state by HiGHS, and keep the better one of each bound."""
     from scipy.optimize import linprog  # noqa: PLC0415 - loads slowly
 
     rows, n = rates.right[0, : rates.ranks[0]], len(torques)

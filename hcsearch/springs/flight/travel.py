@@ -113,7 +113,7 @@ class Travel(ByValue):
 
     @property
     def shares(self) -> Reals:
-        """The place of each state, (k,): the accumulated turn of all hinges over that of the whole travel."""
+        """The place of each state, (k,): the accumulated turn of all hinges over the turn in the whole travel."""
         turns = accumulated_turn(self.states)
         return turns / turns[-1] if turns[-1:].any() else turns
 

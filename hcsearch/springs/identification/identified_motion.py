@@ -194,7 +194,7 @@ def identify_films(
 
     Models are tried from the scene as it is on: springs come first, as one; then the term that lowers the squares most,
     one after the other. A model suffices unless that with all terms fits better, significantly (F test, 99 %), as laws
-    of springs do. Values of terms that are not fitted are those of the scene.
+    of springs do. Terms that are not fitted keep the values of the scene.
     """
     terms = _checked(linkage, setup, films, terms)
     fits = _all_fits(linkage, setup, films, terms)
@@ -352,7 +352,7 @@ def scene_lines(values: Mapping[str, Any]) -> str:
 
 
 def _laws(linkage: Linkage, laws: list[Law]) -> dict[str, Any]:
-    """Return one law of all hinges, or those of single hinges by their names."""
+    """Return the one law of all hinges, or the laws of single hinges by their names."""
     texts = [law.text for law in laws]
     if len(set(texts)) == 1:
         return {"spring": texts[0]}

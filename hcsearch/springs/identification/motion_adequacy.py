@@ -186,7 +186,7 @@ def _estimate(parameter: Parameter, x: float, error: float, ends: tuple[float, f
 
 
 def _profile_ends(problem: FilmProblem, fit: FittedFilms, k: int, half: float) -> tuple[float, float] | None:
-    """Return the ends between which the squares stay within those of the confidence; None where there is no upper."""
+    """Return the ends between which the squares stay within the confidence limit; None without an upper end."""
     allowed = fit.squares * (1.0 + half * half / fit.freedom)
 
     def excess(x: float) -> float:

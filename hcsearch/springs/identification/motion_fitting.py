@@ -38,7 +38,7 @@ RIVAL_ANGLE = 0.02
 FIRST_AMOUNT = 0.1
 """Coordinate at which an amount begins that a simpler fit has left at 0."""
 MAX_FACTOR = math.log(1e3)
-"""Logarithm of the greatest factor by which a spring may differ from that of the scene."""
+"""Logarithm of the greatest factor by which a spring may differ from the scene's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,7 +276,7 @@ def _extended(problem: FilmProblem, fit: FittedFilms) -> list[tuple[Reals, Reals
 
 
 def _about_nearest_axis(problem: FilmProblem, fit: FittedFilms) -> FittedFilms:
-    """Return a fit with the tilts of gravity from the nearest axis, where their errors are those of angles."""
+    """Return a fit with the tilts of gravity from the nearest axis, so that their errors are errors of angles."""
     tilts = [k for k, parameter in enumerate(fit.parameters.parameters) if parameter.kind == "tilt"]
     if not tilts:
         return fit

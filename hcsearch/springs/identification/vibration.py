@@ -231,7 +231,7 @@ class HingeTest:
     """The result of one free vibration test: a row of thesis table 4.2.
 
     frequency : natural frequency, Hz. damping : damping ratio of the block. coefficient : of one hinge, N m s/rad.
-    The three `_error`s are standard errors; that of the coefficient leaves the inertia's out.
+    The three `_error`s are standard errors; `coefficient_error` leaves out the error of the inertia.
     stiffness : restoring moment on the block by angle, N m/rad: of springs, and of its weight where it hangs.
     """
 

@@ -142,7 +142,7 @@ def evaluation_shares(options: TuningOptions, spent: int) -> EvaluationShares:
 
 
 class SpringSetFinder:
-    """Chooses the reported sets among those of a search: confirmed ones that are least likely to collide."""
+    """Chooses the reported sets among the sets of a search: confirmed ones that are least likely to collide."""
 
     def __init__(
         self,

@@ -93,7 +93,7 @@ def damped_springs(
 
 
 def _in_order(sets: list[SpringSet], evaluators: list[Evaluator], table: Reals, options: TuningOptions) -> list[int]:
-    """Return the numbers of the sets that become flat and clear: the least damping, then those of few failures."""
+    """Return the numbers of the sets that become flat and clear: the least damping, then sets with few failures."""
     deploying = [k for k, one in enumerate(sets) if one.check.deploys]
     count = min(options.samples, FACTOR_SAMPLES)
     if not count:

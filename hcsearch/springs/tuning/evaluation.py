@@ -43,7 +43,7 @@ def with_parts(setup: Setup, parts: Sequence[float] | Reals) -> Setup:
 
 
 def tied_parts(tied: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], ...]:
-    """Return the tied groups of springs, and those of dampers after them, by their places in a table."""
+    """Return the tied groups of springs, and then of dampers, by their places in a table."""
     n = sum(map(len, tied))
     return (*tied, *(tuple(n + hinge for hinge in hinges) for hinges in tied))
 
@@ -80,7 +80,7 @@ AMPLE_GAP = 2e-3
 
 
 class SceneScales(NamedTuple):
-    """Lengths and times of a scene over those of `default`, to which `APPROACH_SPEED_SCALE` and `AMPLE_GAP` refer."""
+    """Lengths and times of a scene over the `default` ones, to which `APPROACH_SPEED_SCALE` and `AMPLE_GAP` refer."""
 
     length: float = 1.0
     time: float = 1.0

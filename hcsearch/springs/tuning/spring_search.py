@@ -44,7 +44,7 @@ def stiffnesses_of_groups(values: Sequence[float] | Reals, tied: Sequence[tuple[
 
 
 def first_generation(start: Reals, tied: Sequence[tuple[int, ...]], seed: int, bounds: PartBounds) -> Reals:
-    """Return logarithms, (GENERATION_SIZE, len(tied)): those of the start, and a Latin hypercube within the bounds."""
+    """Return logarithms, (GENERATION_SIZE, len(tied)): the start, and a Latin hypercube within the bounds."""
     from scipy.stats import qmc  # noqa: PLC0415 - takes longer to load than many checks
 
     low, high = np.log(bounds)

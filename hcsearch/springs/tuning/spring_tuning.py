@@ -100,7 +100,7 @@ class Tuning:
 
     @property
     def chosen(self) -> SpringSet:
-        """The springs to use, with their simulation: those of the catalogue if they are confirmed, else `best`."""
+        """The springs to use, with their simulation: catalogue springs if they are confirmed, else `best`."""
         return self.rounded if self.rounded is not None and self.rounded.confirmed else self.best
 
     @property

@@ -25,7 +25,7 @@ from hcsearch.web.atlas.atlas_request import AtlasRequest
 TABLES = ("designs", "foldings")
 """The views that are written."""
 PLACE_COLUMNS = (Quantity("grid", "text", "", "tiling"), Quantity("n", "integer", "", "number of panels"))
-"""Columns of both tables after those of `table_columns`; the view `foldings` does not have them."""
+"""Columns of both tables after the columns of `table_columns`; the view `foldings` does not have them."""
 _LEFT_OUT = (*(quantity.name for quantity in PLACE_COLUMNS), "score")
 """Scores are of a user's own rank."""
 
@@ -36,7 +36,7 @@ def table_columns(view: str) -> tuple[Quantity, ...]:
 
 
 def table_path(view: str, grid: str, n: int) -> Path:
-    """Return the path of the file of a view for one size; the order of names is that of the sizes."""
+    """Return the path of the file of a view for one size; names are in the order of the sizes."""
     return Path(view, f"{grid}-{n:03}.parquet")
 
 
@@ -79,7 +79,7 @@ SizeCounts = Mapping[str, int]
 
 
 def atlas_counts(database: Database, request: AtlasRequest) -> dict[tuple[str, int], SizeCounts]:
-    """Return the counts of all sizes; those of stages that have not run are left out."""
+    """Return the counts of all sizes; counts of stages that have not run are left out."""
     return {(grid, n): _counts_of_size(database, request, grid, n) for grid, n in request.sizes}
 
 

@@ -14,7 +14,7 @@ _SMALL_NUMBERS = (
     *("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten", "Eleven", "Twelve"),
 )
 _SUBJECTS = ("grid", "n", "array")
-"""Columns whose conditions name what was searched, not a part of what was found."""
+"""Columns whose conditions name the designs that were searched, not a part of the designs that were found."""
 
 
 @dataclass(frozen=True)

@@ -139,7 +139,7 @@ def _aligned(points: np.ndarray) -> np.ndarray:
 
 
 def _rooms(sides: tuple[float, float, float], envelope: str) -> tuple[float, float, float]:
-    """Return the sides of the envelope along those of the box: the longest beside the longest; zeros without one."""
+    """Return the sides of the envelope along the box's, the longest beside the longest; zeros without an envelope."""
     if not envelope:
         return 0.0, 0.0, 0.0
     rooms = [0.0, 0.0, 0.0]
