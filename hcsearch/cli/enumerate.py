@@ -70,7 +70,7 @@ def enumerate_(
 
 
 def _compiling_ahead(plan: Plan) -> AbstractContextManager[None]:
-    """Compile beside a run what the quick check of deployments needs, where the run comes to that."""
+    """Compile the kernels of the quick check of deployments beside a run that comes to deployments."""
     if not plan.scene_stages:
         return nullcontext()
     from hcsearch.api.compiling import compiling_ahead
@@ -79,7 +79,7 @@ def _compiling_ahead(plan: Plan) -> AbstractContextManager[None]:
 
 
 class _Report:
-    """What is printed during a run: first what is searched, then each row of the funnel once it is final."""
+    """The lines printed during a run: first the search, then each row of the funnel once it is final."""
 
     def __init__(self, plan: Plan, meter: ProgressMeter) -> None:
         self._plan, self._meter, self._begun = plan, meter, False

@@ -27,7 +27,7 @@ def envelope_catalogue() -> dict[str, EnvelopeSides]:
 
 
 def envelope_sides(text: str) -> EnvelopeSides:
-    """Return the sides of an envelope in mm; SceneError for what is neither in the catalogue nor three lengths."""
+    """Return the sides of an envelope in mm; SceneError for anything but a name of the catalogue or three lengths."""
     named = {name.lower(): sides for name, sides in envelope_catalogue().items()}.get(text.strip().lower())
     if named is not None:
         return named

@@ -60,7 +60,7 @@ def check_angles(angles: Reals, source: str, hint: str = "", max_angle: float = 
 
 
 def _check_signs(angles: Reals, moments: Reals, path: str) -> None:
-    """Refuse signs that contradict a hinge and its spring, and name those to reverse."""
+    """Refuse signs that contradict a hinge and its spring, and name the signs to reverse."""
     if not len(angles):
         return
     low, high = float(angles.min()), float(angles.max())

@@ -153,7 +153,7 @@ def _errors_of(design: str, crease: str) -> tuple[Quantity, ...]:
     )
 
 
-# Worth 1/2: what ECSS-E-ST-33-01C asks for (7.5 for margins, 3 for clearances), and figures of flown arrays. Weights
+# Worth 1/2 are demands of ECSS-E-ST-33-01C (7.5 for margins, 3 for clearances), and figures of flown arrays. Weights
 # are 0 unless given, since the figures depend on hardware that the scene `default` does not have.
 FLIGHT_QUANTITIES = (
     Quantity(

@@ -230,7 +230,7 @@ def order_of(source: FromClause, view: str, sort: str) -> list[ColumnElement[Any
 
 
 def sort_key(source: FromClause, quantity: Quantity) -> ColumnElement[Any]:
-    """Return what a column sorts by: the place of a word among the words of the column, else the value itself."""
+    """Return the sort key of a column: the place of a word among the words of the column, else the value itself."""
     own = source.c[quantity.name]
     return case({word: k for k, word in enumerate(quantity.words)}, value=own) if quantity.words else own
 
@@ -311,7 +311,7 @@ def select_page(
     scene: str = DEFAULT_SCENE_NAME,
     seconds: float = STATEMENT_SECONDS,
 ) -> Result:
-    """Return `count` rows of a view after the first `skip` of those that `select` returns.
+    """Return `count` of the rows of a view that `select` returns, after the first `skip`.
 
     Two statements: the first skips the rows before the page and uses only the columns of query and order, so that
     SQLite omits other joins; the second reads the page. SlowQueryError: one takes more than `seconds`.

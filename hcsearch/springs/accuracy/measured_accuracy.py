@@ -111,7 +111,7 @@ def facts_table(rows: Sequence[dict[str, Any]], texts: Sequence[str]) -> pd.Data
 
 
 def reference_sentence(work: FormulationWork) -> str:
-    """Return a sentence on what the simulations in a formulation are compared with, and how far that is exact."""
+    """Return a sentence on the reference of the simulations in a formulation, and how far it is exact."""
     reference = work.reference
     if reference is None:
         return work.refusal

@@ -328,8 +328,7 @@ class _Compiler:
         return tuple(cuts)
 
     def _drags(self, tree: PanelTree, mirror: Mirror | None, shift: int) -> tuple[FacetDrag, ...]:
-        """Return the facets of moving panels, on which air acts; in panels that the mirror plane halves, half of
-        each."""
+        """Return the facets of moving panels, on which air acts; halves of panels that the mirror plane halves."""
         if not self.setup.drag:
             return ()
         pattern, facets = self.linkage.pattern, []

@@ -125,7 +125,7 @@ class _Run:
         run = partial(simulated, max_steps=self.max_steps, **options)
         if not watched:
             return _Stage(run(), None)
-        # all are the same motion, and end where what they watch for happens
+        # all are the same motion, and end where the angle that they watch is reached
         ended = [(run(flat=angle, watched=joints), reached) for joints, angle, reached in watched]
         motion, reached = min(ended, key=lambda one: (one[0].times[-1], one[0].ending != "flat"))
         return _Stage(motion, reached if motion.ending == "flat" else None)

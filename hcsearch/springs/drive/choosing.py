@@ -31,7 +31,7 @@ MONOTONE_VALUE_SHARE = 0.5
 MONOTONE_ANGLE_TOLERANCE = 0.01
 """Greatest turn back (rad) of a monotone hinge."""
 FIRM_SINGULAR_VALUE = 0.1
-"""Least singular value up to which hinges are added, those that help most first."""
+"""Least singular value up to which hinges are added, the most helpful ones first."""
 CLOSURE_RANK_TOLERANCE = 1e-7
 """Relative tolerance of the rank of closure, as a share of the greatest singular value."""
 

@@ -107,7 +107,7 @@ class ErrorMap(ByValue):
         return np.ascontiguousarray(rows[kept]), (u[:, kept] / values[kept]).T
 
     def second_order(self) -> tuple[Reals, Reals, Reals]:
-        """Return bounds of what the linear map leaves out, at the bounds of all errors.
+        """Return bounds of the terms that the linear map leaves out, at the bounds of all errors.
 
         First for each panel, and then for each loop: turns about level axes and the rise over the radius. Last for each
         loop: the turn about the upright axis and level shifts over the radius.

@@ -33,7 +33,7 @@ from hcsearch.springs.flight.torque_margin import (
 )
 
 CERTIFIED_SHARE = 0.995
-"""Share of the least margin at the states tried so far, from which on a bound is good enough."""
+"""A bound is good enough from this share of the least margin at the states tried so far."""
 MAX_MARGIN_INTERVALS = 40_000
 """Greatest number of intervals that are tried."""
 LEAST_TURN = 4.0

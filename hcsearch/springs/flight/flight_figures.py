@@ -1,4 +1,4 @@
-"""The figures of a folding from its travel, and of a batch of foldings: what a scene does not need is left out."""
+"""The figures of a folding from its travel, and of a batch of foldings, without those that a scene does not need."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def _at_states(travel: Travel, margins: Reals, known: Flags, state: int, hinge: 
 def _bounded(
     travel: Travel, course: Course, friction: Reals, sampled: MarginFigures, found: CertifiedMargin
 ) -> MarginFigures:
-    """Return the figures of a motion by its bounds, and by states in gaps and where those between states are least."""
+    """Return the figures of a motion by its bounds and states in gaps, or else by states beside the least one."""
     tried = _tried(travel, course, friction, _gap_times(course, found), doubtful=True)
     if not found.is_bounded:
         for _ in range(CLOSER_ROUNDS):

@@ -137,7 +137,7 @@ def _advice(travel: Travel, springs: Sequence[tuple[str, str]]) -> str:
 
 
 def _omitted(travel: Travel) -> Iterator[str]:
-    """Yield sentences on what was left out, since the scene does not need it."""
+    """Yield sentences on the parts that were left out, since the scene does not need them."""
     if not travel.linkage.loops:
         yield "closure: the panels form an open chain"
     if tolerances_of(travel).are_zero:

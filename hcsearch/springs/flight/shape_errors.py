@@ -99,7 +99,7 @@ def self_stresses_when_flat(linkage: Linkage) -> int | None:
 
 
 def binding(built: ErrorMap) -> tuple[float, float]:
-    """Return the play that loops need to close as built, and what they stay open by without it (rad, m).
+    """Return the play that loops need to close as built, and their gap without it (rad, m).
 
     Both are root mean squares over arrays, for the nearest state with hinges of equal stiffness; see `ShapeErrors`.
     """

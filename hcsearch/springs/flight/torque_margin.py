@@ -212,7 +212,7 @@ def _check_torques(torques: Reals, friction: Reals, shape: tuple[int, int]) -> N
 
 
 def kernel_margins(rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs) -> TorqueMargins:
-    """Bound the torque margins of k states by what the kernel computes alone; nearly everywhere both bounds meet."""
+    """Bound the torque margins of k states by the kernel alone; nearly everywhere both bounds meet."""
     count, n = torques.shape
     multiples, found, moments = np.empty(count), np.empty((count, n)), np.empty((count, n))
     for rank in np.unique(rates.ranks).tolist():
@@ -270,7 +270,7 @@ def _solve_again(
 
 
 def _attained(rates: ClosedRates, torques: Reals, friction: Reals, senses: Signs, found: Reals) -> Reals:
-    """Return the ratios of rates without those that pass a stop, less what closing them exactly may change."""
+    """Return the ratios of rates without those that pass a stop, less the change that exact closing may make."""
     found = np.where(senses * found < 0.0, 0.0, found)
     opened = np.linalg.norm(np.einsum("krn,kn->kr", rates.jacobians, found), axis=1)
     off = opened / _least_values(rates) + MARGIN_ROUNDING * np.linalg.norm(found, axis=1)

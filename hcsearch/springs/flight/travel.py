@@ -101,7 +101,7 @@ class Travel(ByValue):
         return changed
 
     def with_values(self, setup: Setup) -> Travel:
-        """Return the travel with other springs, density or hardware; what depends on the states alone is kept.
+        """Return the travel with other springs, density or hardware; results that depend on the states alone are kept.
 
         setup : with the same margin.
         """

@@ -108,7 +108,7 @@ class IdentifiedMotion:
 
     @cached_property
     def reason(self) -> str:
-        """The verdict in a sentence, with what remains where nothing fits."""
+        """The verdict in a sentence, with the remaining misfit where nothing fits."""
         if not self.chosen.explained:
             return f"not explained: {self.remains(self.chosen.left, self.films)}"
         for held_out in self.validation:
@@ -118,7 +118,7 @@ class IdentifiedMotion:
         return f"explained to {rms:.2g} degrees rms, of which {math.degrees(self.chosen.left.misfit):.2g} are no noise"
 
     def remains(self, left: LeftOver, films: Sequence[str]) -> str:
-        """Return in words what a model leaves of films, and where that is greatest."""
+        """Return the misfit of a model to films in words, and where it is greatest."""
         hinge = labels_of(self.linkage).hinges[left.hinge]
         return (
             f"{math.degrees(left.misfit):.2g} degrees rms remain that are no noise, most in hinge {hinge} at "

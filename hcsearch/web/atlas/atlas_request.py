@@ -1,4 +1,4 @@
-"""What an atlas is asked to hold, and what its contents depend on."""
+"""The request for an atlas: the designs that it holds, and the versions that its contents depend on."""
 
 from __future__ import annotations
 

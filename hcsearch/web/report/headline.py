@@ -1,4 +1,4 @@
-"""The title of a list of designs and the sentence below it, which say in plain words what was found."""
+"""The title of a list of designs and the sentence below it, which state the findings in plain words."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SMALL_NUMBERS = (
     *("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine", "Ten", "Eleven", "Twelve"),
 )
 _SUBJECTS = ("grid", "n", "array")
-"""Columns whose conditions name the designs that were searched, not a part of the designs that were found."""
+"""Columns whose conditions name the designs that were searched, not a part of the results."""
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,7 @@ class _DecidingMotion:
         return motion_json(path if deciding is None else deciding.replay)
 
     def linkage_page(self, case: Case) -> str:
-        """Refuse what is no design."""
+        """Refuse linkages that are no design."""
         raise HcsearchError(f"{case.title} is no folding with a path")
 
 

@@ -96,7 +96,7 @@ def _facet(database: Database, list_request: ListRequest, name: str, left: Calla
         return count_values(database, query, name, MAX_FACET_VALUES, list_request.scene, seconds=left())
 
     counts = counts_in(list_request.selection_but(name))
-    if counts is None and chosen:  # of too many values, those that are chosen
+    if counts is None and chosen:  # of too many values, only the chosen ones
         counts = counts_in(list_request.selection)
     values = [(value, count, str(value) in chosen) for value, count in counts or ()]
     known = {str(value) for value, _, _ in values}
