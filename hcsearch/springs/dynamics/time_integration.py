@@ -334,7 +334,7 @@ def record_for(n: int, steps: int) -> recording.SimulationRecord:
 
 
 def motion_of_record(record: recording.SimulationRecord, system: System, methods: tuple[str, str]) -> Motion:
-    """Convert a record of the kernel to a motion; methods : integrators of steps that are not stiff, and of stiff ones."""
+    """Convert a record of the kernel to a motion; methods : integrators of steps that are not stiff and of others."""
     states, events, evaluations, rejected, ending, _ = (int(x) for x in record.counts)
     columns = (record.event_times, record.event_joints, record.event_kinds, record.event_speeds)
     happened = zip(*(column[:events].tolist() for column in columns), strict=True)
