@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from hcsearch import store
 from hcsearch.basics.errors import HcsearchError, SceneError
@@ -13,8 +13,10 @@ from hcsearch.scenes import DEFAULT_SCENE_NAME, Scene, panel_of
 from hcsearch.scenes.looks import variant_parts
 from hcsearch.scenes.scene import with_size
 from hcsearch.scenes.scene_file import scene_in, scene_with
-from hcsearch.subjects.names import Place
 from hcsearch.subjects.stored_scenes import read_scene, scene_database
+
+if TYPE_CHECKING:
+    from hcsearch.subjects.names import Place
 
 Extent = Literal["folding", "array", "design", "results", "page"]
 """What a design is resolved to: one folding; its array, if no folding is named; all its foldings in a scene; these with
