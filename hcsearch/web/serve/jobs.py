@@ -19,8 +19,8 @@ from typing import Any, Generic, TypeVar
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import ReplaySource
 from hcsearch.export.export_files import export_files
-from hcsearch.export.exported import ExportSettings
 from hcsearch.export.formats import EXPORT_FORMATS, ExportFormat
+from hcsearch.export.settings import ExportSettings
 from hcsearch.search.pipeline.processes import DeadWorkerError, ProcessExecutor
 from hcsearch.subjects.case import Case
 from hcsearch.subjects.design_cases import CircuitCase
