@@ -186,4 +186,4 @@ def test_sql_asks_for_a_scene_that_is_there(run, database):
 
 def test_what_is_no_design_may_be_meant_as_an_assembly(run):
     for words in (("show", "fig-9.9"), ("show", "fig-9.9", "--html")):
-        assert "or the name of an assembly (`hcsearch assembly list`)" in run(*words).stderr
+        assert "there is no assembly 'fig-9.9': see hcsearch assembly list, or name DESIGN" in run(*words).stderr

@@ -67,6 +67,12 @@ def _compilation_note() -> str:
     return f"compiling kernels, {done} done" if done else "compiling kernels"
 
 
+def _compiled_before() -> tuple[int, float]:
+    """Return how many kernels this process has waited for, and how long, s."""
+    kernels = _under_way()
+    return (0, 0.0) if kernels is None else kernels.compiled_before()
+
+
 def _terminal_size() -> tuple[int, int]:
     """Return columns and rows of the terminal; usual ones where it states 0, as in `script` and in containers."""
     try:
@@ -140,12 +146,13 @@ class _Lines:
     def __init__(self) -> None:
         self.meters: list[ProgressMeter] = []
         self._begun = 0.0
+        self._compiled = 0, 0.0
         self._repeated: _Repeated | None = None
 
     def start(self) -> None:
         if self._repeated is None:
             if len(self.meters) == 1:
-                self._begun = time.monotonic()
+                self._begun, self._compiled = time.monotonic(), _compiled_before()
             self._repeated = _Repeated(self._show_line, _LINE_SECONDS, _LINE_SECONDS)
 
     def end(self) -> None:
@@ -160,10 +167,11 @@ class _Lines:
 
     def tell_compilation(self) -> None:
         """Write how long kernels were compiled, if that took longer than until the first line."""
-        kernels = _under_way()
-        count, seconds = (0, 0.0) if kernels is None else kernels.compiled_before()
+        count, seconds = (now - then for now, then in zip(_compiled_before(), self._compiled, strict=True))
         if seconds > _LINE_SECONDS:
-            self._write(f"{counted(count, 'kernel')} compiled in {seconds:.0f} s; later runs read them from the cache")
+            self._write(
+                f"{counted(int(count), 'kernel')} compiled in {seconds:.0f} s; later runs read them from the cache"
+            )
 
     def _write(self, words: str) -> None:
         with suppress(OSError, ValueError):  # stderr is closed

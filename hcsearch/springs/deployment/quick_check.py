@@ -115,7 +115,8 @@ def check_motion(
     )
     methods = methods_of(compiled.formulation)
     margin, resolution = panels.solids.margin, resolution_of(compiled.linkage)
-    rules = CheckingRules(*map(method_named, methods), plan, margin, resolution, past_collisions)
+    method, stiff_method = map(method_named, methods)
+    rules = CheckingRules(method, stiff_method, plan, margin, resolution, past_collisions)
     state_bytes = 3 * 8 * system.n_joints  # bytes of the angles, rates and accelerations of a state
     most = max_steps or MAX_DEPLOYMENT_STEPS[compiled.formulation]
     record = record_for(system.n_joints, min(most, max(1, MAX_MOTION_RECORD_BYTES // state_bytes)))
