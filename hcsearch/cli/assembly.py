@@ -54,7 +54,7 @@ def assembly(
     if as_json:
         click.echo(json.dumps(facts, indent=2, allow_nan=False))
         return
-    from hcsearch.library.assemblies.fact_texts import fact_lines
+    from hcsearch.library.assemblies.description import fact_lines
 
     for line in fact_lines(facts):
         click.echo(line)
@@ -64,7 +64,7 @@ def _print_list(rows: list[dict[str, Any]], as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(rows, indent=2))
         return
-    from hcsearch.library.assemblies.fact_texts import fact_text
+    from hcsearch.library.assemblies.description import fact_text
 
     table = [(row["name"], row["title"], row["source"], fact_text(row["parameters"])) for row in rows]
     widths = [max(len(str(row[k])) for row in table) for k in range(3)]

@@ -9,7 +9,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Any
 
-from hcsearch.basics.errors import SceneError, wrong_kind_message
+from hcsearch.basics.errors import HcsearchError, SceneError, wrong_kind_message
 from hcsearch.basics.vocabulary import WAYS, Way
 from hcsearch.designs.panel_sizes import MAX_PANEL_LENGTH, MIN_PANEL_LENGTH, panel_text, read_panel
 
@@ -92,7 +92,7 @@ class SceneValue:
         try:
             return self.kind.read(self.name, value)
         except (TypeError, ValueError, OverflowError) as error:
-            if isinstance(error, SceneError):
+            if isinstance(error, HcsearchError):
                 raise
             raise SceneError(f"{self.name} cannot be {shown_value(value)}: {self.kind.remedy}") from error
 
@@ -215,9 +215,9 @@ def _written_ways(ways: tuple[Way, ...]) -> str | list[str]:
     return "either" if ways == WAYS else ways[0] if len(ways) == 1 else list(ways)
 
 
-def _read_size(_key: str, value: Any) -> Any:
-    if isinstance(value, str):
-        return read_panel(value)
+def _read_size(key: str, value: Any) -> Any:
+    if not isinstance(value, tuple):
+        return read_panel(read_text(key, value))
     length, width, thickness = value
     if not all(MIN_PANEL_LENGTH <= side <= MAX_PANEL_LENGTH for side in (length, width, thickness)):
         raise ValueError

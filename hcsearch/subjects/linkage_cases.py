@@ -115,13 +115,13 @@ class AssemblyCase(Case):
 
     def lines(self) -> Iterator[str]:
         """Yield its properties, as `hcsearch assembly` prints them."""
-        from hcsearch.library.assemblies.fact_texts import fact_lines
+        from hcsearch.library.assemblies.description import fact_lines
 
         return fact_lines(self.facts)
 
     def page_facts(self, deployed: Deployed, subject: str) -> PageFacts:
         """Return its properties; where springs do not bring it flat, also the motion that is followed from packed."""
-        from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
+        from hcsearch.library.assemblies.description import fact_rows, published_rows
 
         name = self.assembly.name
         flat = (deployed.agreement or deployed.deployment).outcome == "flat"

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeVar
 
-from hcsearch.springs.accuracy.repeated_runs import Repeats, median_of_runs
+from hcsearch.springs.accuracy.work_rows import Repeats, median_of_runs
 
 T = TypeVar("T")
 Row = dict[str, Any]

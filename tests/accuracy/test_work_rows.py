@@ -13,8 +13,7 @@ from hcsearch.scenes import Scene
 from hcsearch.scenes.setup import setup_of_scene
 from hcsearch.springs.accuracy.measured_accuracy import reference_sentence, work_table
 from hcsearch.springs.accuracy.reference_motions import reference_motion
-from hcsearch.springs.accuracy.repeated_runs import Repeats, median_of_runs, processor_seconds
-from hcsearch.springs.accuracy.work_rows import work_of_formulations
+from hcsearch.springs.accuracy.work_rows import Repeats, median_of_runs, processor_seconds, work_of_formulations
 from hcsearch.springs.deployment.compiled_scene import compile_scene
 from hcsearch.springs.deployment.simulated_deployment import simulate_compiled
 from hcsearch.system.outputs import write_table

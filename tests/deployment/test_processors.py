@@ -42,7 +42,7 @@ def digests():
         found[name] = _digest((compiled.start, *compiled.system.mechanism))
         if name in FOLDINGS:
             folding = Folding.from_notation(name)
-            panel = default_panel(folding.circuit.grid)
+            panel = default_panel(folding.circuit.grid.name)
             for springs in (*SPRING_SET_GRADES, *SPREAD_SPRING_SETS):
                 found[f"{name}, {springs}"] = _digest(springs_of(folding, panel, compiled, springs))
     motion = simulate_compiled(compile_scene(linkage_named(WAYWARD), default), certified=False).motion

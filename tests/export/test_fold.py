@@ -118,7 +118,7 @@ def test_the_file_says_what_only_thick_panels_have():
     data = json.loads(written(exported(DESIGN, flat_pairs="hinged")))
     assert (data["file_spec"], data["frame_unit"], data["hcsearch:thickness"]) == (1.2, "mm", 6.0)
     assert data["hcsearch:notation"] == DESIGN
-    folding = exported(DESIGN).folding
+    folding = exported(DESIGN).case.folding
     assert data["edges_hcsearch:hingeFace"][:10] == list(folding.hinge_faces)
     assert data["edges_hcsearch:hinge"][:10] == [str(k) for k in range(10)]
     assert data["edges_hcsearch:crease"][:11] == [*range(10), None]

@@ -11,7 +11,7 @@ from hcsearch.basics.errors import HcsearchError
 from hcsearch.cli.assembly import assembly
 from hcsearch.cli.show import show
 from hcsearch.designs.grid import GRIDS
-from hcsearch.library.assemblies.fact_texts import fact_rows, published_rows
+from hcsearch.library.assemblies.description import fact_rows, published_rows
 from hcsearch.subjects.replay_sources import replay_of_deployment
 from hcsearch.subjects.resolve import resolve
 from hcsearch.web.report.linkage_page import fetch_linkage_data, render_linkage

@@ -20,7 +20,7 @@ from hcsearch.subjects.design_cases import CircuitCase
 from hcsearch.subjects.mechanisms import freedoms_of, lock_sentences
 from hcsearch.subjects.resolve import resolve
 from hcsearch.web.report.design_data import fetch_design_data
-from hcsearch.web.report.lead_sentences import design_sentence
+from hcsearch.web.report.headline import design_sentence
 from hcsearch.web.report.page_files import Pages, render_design
 from tests.judging import WORK, judge
 from tests.report.pages import Page, computed_data, data_of

@@ -1,9 +1,10 @@
-"""Typed access to the XML of models and to their files of closures, with errors that name the damaged part."""
+"""Typed access to the XML of models and to files of closures; springs and loads of a model, which are not used."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,9 @@ import numpy as np
 
 from hcsearch.basics.array_values import Reals
 from hcsearch.basics.errors import InputFileError
+from hcsearch.basics.vocabulary import listed
+from hcsearch.scenes import Scene
+from hcsearch.scenes.laws import law_named
 from hcsearch.search.own_patterns.fold_values import MAX_COORDINATE, is_finite_number
 from hcsearch.system.reading import read_text_file
 
@@ -174,3 +178,62 @@ def _value(data: Any, key: str, kind: type[dict[str, Any] | list[Any] | str], pa
         what = "an object" if kind is dict else "a list" if kind is list else "a text"
         raise model_error(path, f"{key!r} is missing, or not {what}")
     return value
+
+
+_PLAIN = Scene()
+_STIFFNESS = law_named(_PLAIN.spring).mean_stiffness
+_DAMPING = _PLAIN.damping_time * _STIFFNESS
+_OPTIONS = {"friction": "--friction", "gravity": "--gravity", "floating base": "--held"}
+"""The options of most commands for these; all others can be set in a scene only."""
+
+
+def unused_loads(root: ModelPart, closures: ModelClosures | None) -> tuple[str, ...]:
+    """Return a remark on the values of a model that differ from the scene `default`; no remark where none does.
+
+    closures : the closures of a URDF file, which state its springs and gravity.
+    """
+    stated = _of_mjcf(root) if closures is None else _of_urdf(root, closures)
+    names = [name for name, differs in stated.items() if differs]
+    if not names:
+        return ()
+    are, come = ("is", "it comes") if len(names) == 1 and names != ["springs"] else ("are", "they come")
+    options = [*(_OPTIONS[name] for name in names if name in _OPTIONS), "--scene"]
+    return (f"the {listed(names, 'and')} of the model {are} not used: {come} from {listed(options, 'or')}",)
+
+
+def _of_mjcf(root: ModelPart) -> dict[str, bool]:
+    """Return whether the values of a model of MuJoCo differ, by their names."""
+    joints = list(root.parts(".//joint"))
+    return {
+        "springs": _differ(joints, "stiffness", _STIFFNESS)
+        or _differ(joints, "springref", 0.0)
+        or next(root.parts("actuator/general"), None) is not None,
+        "damping": _differ(joints, "damping", _DAMPING),
+        "friction": _differ(joints, "frictionloss", 0.0),
+        "gravity": _differ(root.parts("option"), "gravity", 0.0),
+        "floating base": next(root.parts("worldbody/body/freejoint"), None) is not None,
+    }
+
+
+def _of_urdf(root: ModelPart, closures: ModelClosures) -> dict[str, bool]:
+    """Return whether the values of a URDF file and its closures differ, by their names."""
+    dynamics = list(root.parts("joint/dynamics"))
+    return {
+        "springs": any(law != _PLAIN.spring for law in closures.laws),
+        "damping": _differ(dynamics, "damping", _DAMPING),
+        "friction": _differ(dynamics, "friction", 0.0),
+        "gravity": any(component != 0.0 for component in closures.gravity),
+        "floating base": closures.floats,
+    }
+
+
+def _differ(parts: Iterable[ModelPart], attribute: str, plain: float) -> bool:
+    """Whether some part states an attribute with anything but a given number, up to rounding."""
+    return any(not _is_near(word, plain) for part in parts for word in part.element.get(attribute, "").split())
+
+
+def _is_near(word: str, plain: float) -> bool:
+    try:
+        return math.isclose(float(word), plain, rel_tol=1e-9)
+    except ValueError:
+        return False

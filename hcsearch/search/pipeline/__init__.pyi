@@ -1,6 +1,6 @@
-from hcsearch.search.pipeline.design_counts import DesignCount as DesignCount
-from hcsearch.search.pipeline.design_counts import count_designs as count_designs
-from hcsearch.search.pipeline.design_counts import counting_seconds as counting_seconds
+from hcsearch.search.pipeline.estimate import DesignCount as DesignCount
+from hcsearch.search.pipeline.estimate import count_designs as count_designs
+from hcsearch.search.pipeline.estimate import counting_seconds as counting_seconds
 from hcsearch.search.pipeline.estimate import check_disk_room as check_disk_room
 from hcsearch.search.pipeline.estimate import estimate_run as estimate_run
 from hcsearch.search.pipeline.run import Funnel as Funnel

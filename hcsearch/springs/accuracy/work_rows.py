@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import FORMULATIONS, INTEGRATORS, Ending, Formulation, Integrator
@@ -21,7 +22,6 @@ from hcsearch.springs.accuracy.reference_motions import (
     reference_motion,
     reference_run,
 )
-from hcsearch.springs.accuracy.repeated_runs import processor_seconds
 from hcsearch.springs.deployment.compiled_scene import OMISSIONS, CompiledScene, compile_scene
 from hcsearch.springs.deployment.error_estimates import angle_distances, comparison_times
 from hcsearch.springs.deployment.outcomes import MAX_DEPLOYMENT_STEPS, METHODS, methods_of
@@ -291,3 +291,45 @@ def quick_work(deployment: Deployment) -> FormulationWork:
     ]
     rows = [measured_row(compiled, reference, blank, QUICK_RUN_SECONDS, repeated=False) for blank in blanks]
     return FormulationWork(compiled.formulation, reference, tuple(rows))
+
+
+T = TypeVar("T")
+
+
+class Repeats(NamedTuple):
+    """How often runs are repeated.
+
+    usual : number of runs; short : number where the first takes less than `short_seconds`. enough_seconds : total time
+    after which no further run begins.
+    """
+
+    usual: int
+    short: int
+    short_seconds: float
+    enough_seconds: float
+
+
+PROCESSOR_REPEATS = Repeats(usual=3, short=15, short_seconds=0.02, enough_seconds=0.5)
+"""Repeats of the simulations of a table of methods."""
+
+
+def median_of_runs(run: Callable[[], float], repeats: Repeats) -> tuple[float, int]:
+    """Return the median of the seconds of runs, and how many there were; run : returns its seconds."""
+    times = [run()]
+    wanted = repeats.short if times[0] < repeats.short_seconds else repeats.usual
+    while len(times) < wanted and sum(times) < repeats.enough_seconds:
+        times.append(run())
+    return statistics.median(times), len(times)
+
+
+def processor_seconds(run: Callable[[], T], repeats: Repeats = PROCESSOR_REPEATS) -> tuple[T, float, int]:
+    """Return the result of a run, the median of its processor time (s) after a first run, and the number of runs."""
+    results = [run()]
+
+    def timed() -> float:
+        begin = time.process_time()
+        results[:] = [run()]
+        return time.process_time() - begin
+
+    seconds, runs = median_of_runs(timed, repeats)
+    return results[0], seconds, runs

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple, TypedDict, Unpack
+from typing import NamedTuple
 
 from hcsearch.basics.errors import HcsearchError
 from hcsearch.basics.vocabulary import finite_or_none
@@ -61,29 +61,18 @@ class CheckedMotion(NamedTuple):
     motion: Motion | None
 
 
-class CheckOptions(TypedDict, total=False):
-    """Options of a check.
-
-    past_collisions : whether a motion that collides is followed to its end, too; not needed to find clear ones.
-    max_steps : the number of `deploy` unless given.
-    """
-
-    tolerance: float
-    past_collisions: bool
-    max_steps: int | None
-
-
 def check_deployments(
     scenes: Sequence[CompiledScene],
     *,
     screens: Sequence[CheckedPanels] | None = None,
+    tolerance: float = 1e-6,
+    past_collisions: bool = True,
     threads: int = 1,
-    **options: Unpack[CheckOptions],
 ) -> list[DeploymentCheck]:
     """Check compiled scenes; screens : the panels of each scene, if known; else they are shrunk by its own margin."""
 
     def run(compiled: CompiledScene, panels: CheckedPanels) -> DeploymentCheck:
-        return check_motion(compiled, panels, **options).check
+        return check_motion(compiled, panels, tolerance=tolerance, past_collisions=past_collisions).check
 
     if screens is None:
         screens = [checked_panels_of(compiled) for compiled in scenes]
@@ -99,7 +88,11 @@ def check_motion(
     past_collisions: bool = True,
     max_steps: int | None = None,
 ) -> CheckedMotion:
-    """Check a compiled scene; it must be `constrained` or `compliant`, with a panel held."""
+    """Check a compiled scene; it must be `constrained` or `compliant`, with a panel held.
+
+    past_collisions : whether a motion that collides is followed to its end, too; not needed to find clear ones.
+    max_steps : unless given those of `deploy`.
+    """
     setup, system = compiled.setup, compiled.system
     if setup.hold_downs or setup.law_times:
         raise HcsearchError("the quick check is of scenes without hold-downs and laws in time: leave them out")

@@ -32,7 +32,7 @@ from hcsearch.web.player import Payload, payload_of
 from hcsearch.web.report.accuracy_section import ShownAccuracy, accuracy_of_deployment
 from hcsearch.web.report.data import ViewRow
 from hcsearch.web.report.deciding_motions import best_tried_deployment
-from hcsearch.web.report.lead_sentences import design_sentence
+from hcsearch.web.report.headline import design_sentence
 from hcsearch.web.report.motion_plots import marks_of_motion, plots_of
 from hcsearch.web.report.plots import DrawnPlot
 from hcsearch.web.report.reasons import best_deployment, play_of_row, status_reason, verdict_of_row

@@ -19,7 +19,7 @@ from hcsearch.subjects.replay_sources import replay_of_deployment
 from hcsearch.web.player import payload_of, player_script
 from hcsearch.web.player.player_page import as_script, digest_of
 from hcsearch.web.report.design_data import ShownMotion, spring_motion_title
-from hcsearch.web.report.lead_sentences import opened_sentence
+from hcsearch.web.report.headline import opened_sentence
 from hcsearch.web.report.motion_plots import plots_of
 from hcsearch.web.report.plots import curve_swatch
 from hcsearch.web.report.templating import joined_script, page_style, template_environment
