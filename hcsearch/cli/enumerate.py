@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -79,7 +79,10 @@ def _compiling_ahead(plan: Plan) -> AbstractContextManager[None]:
 
 
 class _Report:
-    """The lines printed during a run: first the search, then each row of the funnel once it is final."""
+    """The lines printed during a run: first the search, then each row of the funnel once it is final.
+
+    A run whose lines nobody reads goes on: its results are in the database. The first line after it ends the command.
+    """
 
     def __init__(self, plan: Plan, meter: ProgressMeter) -> None:
         self._plan, self._meter, self._begun = plan, meter, False
@@ -92,7 +95,7 @@ class _Report:
         target = plan.search.target or f"all arrays of {plan.search.n} cells"
         stages = [stage.name for stage in (*plan.listing_stages, *plan.scene_stages)]
         through = f"in the {'stages' if len(stages) > 1 else 'stage'} {listed(stages, 'and')}"
-        self._meter.write(f"searching the {plan.search.grid.name} grid, {target}, n = {plan.search.n}, {through}")
+        self._line(f"searching the {plan.search.grid.name} grid, {target}, n = {plan.search.n}, {through}")
 
     def progress(self, done: int, total: int, note: str) -> None:
         self._begin()
@@ -114,7 +117,11 @@ class _Report:
         self._write("deployed by springs", funnel.deploys)
 
     def _write(self, label: str, count: int | None) -> None:
-        self._meter.write(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
+        self._line(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
+
+    def _line(self, text: str) -> None:
+        with suppress(BrokenPipeError):
+            self._meter.write(text)
 
 
 def _announce_none(plan: Plan, funnel: Funnel) -> None:
