@@ -81,7 +81,7 @@ def _compiling_ahead(plan: Plan) -> AbstractContextManager[None]:
 class _Report:
     """The lines printed during a run: first the search, then each row of the funnel once it is final.
 
-    A run whose lines nobody reads goes on: its results are in the database. The first line after it ends the command.
+    A run whose lines cannot be written goes on, as its results are in the database: a line after it ends the command.
     """
 
     def __init__(self, plan: Plan, meter: ProgressMeter) -> None:
@@ -120,7 +120,7 @@ class _Report:
         self._line(f"  {label:24}{'-' if count is None else f'{count:,}':>16}")
 
     def _line(self, text: str) -> None:
-        with suppress(BrokenPipeError):
+        with suppress(OSError):  # a closed pipe, or a full device
             self._meter.write(text)
 
 
