@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 from hcsearch.basics.array_values import Reals
-from hcsearch.basics.vocabulary import Way
 from hcsearch.designs.folding import Folding
 from hcsearch.designs.panel_sizes import PanelSize
 from hcsearch.motion.kinematics.numerical_rank import generic_rank, rank_at
@@ -43,17 +41,11 @@ class Freedoms:
 
 def freedoms_of(folding: Folding, panel: PanelSize) -> list[Freedoms]:
     """Return the freedoms of a folding with hinged flat pairs and, if it has mirror pairs, with these merged."""
-    freedoms = [_freedoms("flat pairs hinged", _linkage(folding, panel, "hinged"))]
+    freedoms = [_freedoms("flat pairs hinged", folding.linkage(panel, flat_pairs="hinged"))]
     if folding.mirror_pairs:
         pairs = ", ".join(f"{a} {b}" for a, b in folding.mirror_pairs)
-        freedoms.append(_freedoms(f"panels {pairs} merged", _linkage(folding, panel, "merged")))
+        freedoms.append(_freedoms(f"panels {pairs} merged", folding.linkage(panel, flat_pairs="merged")))
     return freedoms
-
-
-@lru_cache(maxsize=4)
-def _linkage(folding: Folding, panel: PanelSize, pairs: Way) -> Linkage:
-    """Return the linkage on its first panel, as measurements of tightness depend on the panel that is held."""
-    return Linkage(folding.pattern(panel, flat_pairs=pairs))
 
 
 def _freedoms(joined: str, linkage: Linkage) -> Freedoms:
@@ -70,7 +62,7 @@ def lock_sentences(folding: Folding, panel: PanelSize) -> list[list[str]]:
 
     If neither end is locked, a single sentence says so.
     """
-    rigid, hinged = _linkage(folding, panel, "rigid"), _linkage(folding, panel, "hinged")
+    rigid, hinged = folding.linkage(panel, flat_pairs="rigid"), folding.linkage(panel, flat_pairs="hinged")
     return [
         *_locks("folded", {"rigid": (rigid, rigid.folded), "hinged": (hinged, hinged.folded)}),
         *_locks("flat", {"rigid": (rigid, rigid.flat), "hinged": (hinged, hinged.flat)}),

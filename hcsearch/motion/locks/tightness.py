@@ -59,10 +59,12 @@ def tightness(linkage: Linkage, angles: Reals, *, max_opening: float | None = No
     """Measure the opening of the loops that a linkage needs to leave a state where every hinge is at a stop.
 
     max_opening : opening (m) beyond which no path is followed; None for the panels' thickness.
-    None for open chains. Where the state is not isolated at all, the opening is due to rounding.
+    None for open chains. Where the state is not isolated at all, the opening is due to rounding. The first panel is
+    held: where loops are cut depends on the held panel, and with it the last digits of the opening.
     """
     if not linkage.loops:
         return None
+    linkage = linkage if linkage.base == 0 else Linkage(linkage.pattern)
     loops = _Loops(linkage, angles)
     max_opening = linkage.pattern.thickness if max_opening is None else max_opening
     forward = _forward_path(loops, max_opening)
